@@ -1,0 +1,1 @@
+//! Exact silhouettes from the full mesh: the comparison mode

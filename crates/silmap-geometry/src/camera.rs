@@ -1,0 +1,352 @@
+//! Pinhole cameras: the one projection that capture, interpolation, textures and rendering share.
+
+use glam::{DMat4, DVec2, DVec3, DVec4};
+use thiserror::Error;
+
+/// Room left around the bounding sphere when a camera is fitted to it, as a factor on the half-tangent.
+pub const FIT_MARGIN: f64 = 1.02;
+
+/// Within this angle (radians, 18°) of the ±Y axis a camera takes +Z for up instead of +Y.
+pub const POLE_ANGLE_RAD: f64 = std::f64::consts::PI / 10.0;
+
+/// Which pixels count as covered by a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CoverageRule {
+    /// A pixel is covered when its centre is.
+    #[default]
+    Center,
+    /// A pixel is covered when any point of it is: the rule that conservative statements are made for.
+    Any,
+}
+
+/// Why a camera cannot be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum CameraError {
+    /// The eye lies in the bounding sphere, so no image holds the whole model.
+    #[error(
+        "the eye is {distance} from the center, inside the bounding sphere of radius {radius}: move it farther out"
+    )]
+    EyeInsideBounds {
+        /// Distance from the eye to the center, model units.
+        distance: f64,
+        /// Radius of the bounding sphere, model units.
+        radius: f64,
+    },
+    /// Eye and target coincide, so there is no direction to look in.
+    #[error("the eye and the target are the same point: there is no direction to look in")]
+    NoDirection,
+    /// A number is NaN or infinite.
+    #[error("a camera number is not finite")]
+    NotFinite,
+    /// The up vector is parallel to the viewing direction.
+    #[error("the up vector is parallel to the viewing direction")]
+    UpAlongView,
+    /// The field of view is not in (0°, 180°).
+    #[error("the field of view must lie between 0 and 180 degrees, not {degrees}")]
+    FieldOfView {
+        /// The offending angle.
+        degrees: f64,
+    },
+    /// The image has no pixels or too many.
+    #[error("an image of {width} × {height} pixels cannot be made")]
+    ImageSize {
+        /// Columns asked for.
+        width: u32,
+        /// Rows asked for.
+        height: u32,
+    },
+}
+
+/// Largest image side in pixels that a camera may have.
+pub const MAX_SIDE_PX: u32 = 16_384;
+
+/// A pinhole camera with an orthonormal frame and a rectangular image.
+///
+/// A point at `forward` distance z > 0 with lateral offsets (x, y) along (`right`, `up`) falls on image coordinates
+/// `(width/2 · (1 + x/(z·tan_x)), height/2 · (1 − y/(z·tan_y)))`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Centre of projection, object space.
+    pub eye: DVec3,
+    /// Unit vector to the right of the image.
+    pub right: DVec3,
+    /// Unit vector to the top of the image.
+    pub up: DVec3,
+    /// Unit viewing direction.
+    pub forward: DVec3,
+    /// Tangents of half the horizontal and vertical fields of view.
+    pub half_tangent: DVec2,
+    /// Columns of the image.
+    pub width_px: u32,
+    /// Rows of the image.
+    pub height_px: u32,
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`.
+    ///
+    /// `up_hint` defaults to [`default_up`]; `fov_y_rad` is the whole vertical angle; pixels are square.
+    ///
+    /// # Errors
+    /// When a number is not finite, eye and target coincide, the angle is out of range, the up vector is parallel to the
+    /// viewing direction, or the image size is zero or over [`MAX_SIDE_PX`].
+    pub fn look_at(
+        eye: DVec3,
+        target: DVec3,
+        up_hint: Option<DVec3>,
+        fov_y_rad: f64,
+        size_px: (u32, u32),
+    ) -> Result<Self, CameraError> {
+        if !(0.0 < fov_y_rad && fov_y_rad < std::f64::consts::PI) {
+            return Err(CameraError::FieldOfView {
+                degrees: fov_y_rad.to_degrees(),
+            });
+        }
+        Self::with_half_tangent(eye, target, up_hint, (fov_y_rad / 2.0).tan(), size_px)
+    }
+
+    /// The camera at `eye` that looks at `center` and whose image just holds the sphere of `radius` about it, with
+    /// [`FIT_MARGIN`]: half-tangent 1.02·R/√(|p−c|²−R²) for the shorter side of the image.
+    ///
+    /// # Errors
+    /// When the eye lies in the sphere, and as [`Camera::look_at`].
+    pub fn fit_sphere(
+        eye: DVec3,
+        center: DVec3,
+        radius: f64,
+        up_hint: Option<DVec3>,
+        size_px: (u32, u32),
+    ) -> Result<Self, CameraError> {
+        let distance = eye.distance(center);
+        let room = distance * distance - radius * radius;
+        if !(eye.is_finite() && center.is_finite() && radius.is_finite()) {
+            return Err(CameraError::NotFinite);
+        }
+        let tangent = FIT_MARGIN * radius / room.max(0.0).sqrt();
+        if room <= 0.0 || !tangent.is_finite() {
+            return Err(CameraError::EyeInsideBounds { distance, radius });
+        }
+        let (width, height) = size_px;
+        let tangent_y = if width < height {
+            tangent * f64::from(height) / f64::from(width.max(1))
+        } else {
+            tangent
+        };
+        Self::with_half_tangent(eye, center, up_hint, tangent_y, size_px)
+    }
+
+    /// A camera with the tangent of half its vertical field of view given.
+    ///
+    /// # Errors
+    /// As [`Camera::look_at`].
+    pub fn with_half_tangent(
+        eye: DVec3,
+        target: DVec3,
+        up_hint: Option<DVec3>,
+        half_tangent_y: f64,
+        (width_px, height_px): (u32, u32),
+    ) -> Result<Self, CameraError> {
+        if !(eye.is_finite()
+            && target.is_finite()
+            && half_tangent_y.is_finite()
+            && up_hint.is_none_or(DVec3::is_finite))
+        {
+            return Err(CameraError::NotFinite);
+        }
+        if !(1..=MAX_SIDE_PX).contains(&width_px) || !(1..=MAX_SIDE_PX).contains(&height_px) {
+            return Err(CameraError::ImageSize {
+                width: width_px,
+                height: height_px,
+            });
+        }
+        let forward = (target - eye)
+            .try_normalize()
+            .ok_or(CameraError::NoDirection)?;
+        let hint = match up_hint {
+            Some(up) => up.try_normalize().ok_or(CameraError::UpAlongView)?,
+            None => default_up(forward),
+        };
+        // A sine below this leaves no digits in the frame.
+        const PARALLEL_SINE: f64 = 1e-9;
+        let side = forward.cross(hint);
+        if side.length() < PARALLEL_SINE {
+            return Err(CameraError::UpAlongView);
+        }
+        let right = side.normalize_or_zero();
+        let half_tangent = DVec2::new(
+            half_tangent_y * f64::from(width_px) / f64::from(height_px),
+            half_tangent_y,
+        );
+        Ok(Self {
+            eye,
+            right,
+            up: right.cross(forward),
+            forward,
+            half_tangent,
+            width_px,
+            height_px,
+        })
+    }
+
+    /// Image size in pixels, as floats.
+    #[must_use]
+    pub fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.width_px), f64::from(self.height_px))
+    }
+
+    /// Distance of `point` along the viewing direction; positive in front of the eye.
+    #[must_use]
+    pub fn depth(&self, point: DVec3) -> f64 {
+        (point - self.eye).dot(self.forward)
+    }
+
+    /// Where `point` falls in the image, pixels. The point must lie in front of the eye.
+    #[must_use]
+    pub fn image_from_object(&self, point: DVec3) -> DVec2 {
+        self.image_from_direction(point - self.eye)
+    }
+
+    /// Where the ray from the eye along `direction` (any length, forward part positive) meets the image, pixels.
+    #[must_use]
+    pub fn image_from_direction(&self, direction: DVec3) -> DVec2 {
+        let z = direction.dot(self.forward);
+        let x = direction.dot(self.right) / (z * self.half_tangent.x);
+        let y = direction.dot(self.up) / (z * self.half_tangent.y);
+        DVec2::new(
+            f64::from(self.width_px) * 0.5 * (1.0 + x),
+            f64::from(self.height_px) * 0.5 * (1.0 - y),
+        )
+    }
+
+    /// Direction of the ray through an image point; its component along `forward` is 1.
+    #[must_use]
+    pub fn direction_from_image(&self, point_px: DVec2) -> DVec3 {
+        let x = (2.0 * point_px.x / f64::from(self.width_px) - 1.0) * self.half_tangent.x;
+        let y = (1.0 - 2.0 * point_px.y / f64::from(self.height_px)) * self.half_tangent.y;
+        self.forward + self.right * x + self.up * y
+    }
+
+    /// The point of object space at an image point and a depth along `forward`.
+    #[must_use]
+    pub fn object_from_image(&self, point_px: DVec2, depth: f64) -> DVec3 {
+        self.eye + self.direction_from_image(point_px) * depth
+    }
+
+    /// Vertical field of view, radians.
+    #[must_use]
+    pub fn fov_y_rad(&self) -> f64 {
+        2.0 * self.half_tangent.y.atan()
+    }
+
+    /// The same view with another image size; the vertical field of view stays, pixels stay square.
+    #[must_use]
+    pub fn resized(&self, (width_px, height_px): (u32, u32)) -> Self {
+        let tangent_y = self.half_tangent.y;
+        let half_tangent = DVec2::new(
+            tangent_y * f64::from(width_px) / f64::from(height_px),
+            tangent_y,
+        );
+        Self {
+            half_tangent,
+            width_px,
+            height_px,
+            ..*self
+        }
+    }
+
+    /// Object space to clip space with depth in [0, 1] (the convention of wgpu).
+    #[must_use]
+    pub fn clip_from_object(&self, near: f64, far: f64) -> DMat4 {
+        let row = |axis: DVec3, scale: f64| {
+            DVec4::new(axis.x, axis.y, axis.z, -axis.dot(self.eye)) * scale
+        };
+        let forward = row(self.forward, 1.0);
+        let depth = forward * (far / (far - near)) - DVec4::W * (far * near / (far - near));
+        DMat4::from_cols(
+            row(self.right, 1.0 / self.half_tangent.x),
+            row(self.up, 1.0 / self.half_tangent.y),
+            depth,
+            forward,
+        )
+        .transpose()
+    }
+}
+
+/// The up direction used everywhere when none is given: +Y, and +Z within 18° of the poles.
+#[must_use]
+pub fn default_up(forward: DVec3) -> DVec3 {
+    if forward.normalize_or_zero().y.abs() > POLE_ANGLE_RAD.cos() {
+        DVec3::Z
+    } else {
+        DVec3::Y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera::fit_sphere(
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::new(0.1, 0.2, -0.1),
+            1.0,
+            None,
+            (640, 480),
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn projection_and_ray_are_inverse() {
+        let camera = camera();
+        let point = DVec3::new(0.3, -0.2, 0.4);
+        let image = camera.image_from_object(point);
+        let back = camera.object_from_image(image, camera.depth(point));
+        assert!(back.distance(point) < 1e-12, "{back} is not {point}");
+    }
+
+    #[test]
+    fn clip_space_agrees_with_the_image() {
+        let camera = camera();
+        let point = DVec3::new(0.3, -0.2, 0.4);
+        let clip = camera.clip_from_object(0.1, 10.0) * point.extend(1.0);
+        let ndc = clip.truncate() / clip.w;
+        let image = DVec2::new((ndc.x + 1.0) * 320.0, (1.0 - ndc.y) * 240.0);
+        assert!(image.distance(camera.image_from_object(point)) < 1e-9);
+        assert!(ndc.z > 0.0 && ndc.z < 1.0);
+    }
+
+    #[test]
+    fn fitted_camera_holds_the_sphere_in_both_orientations() {
+        for size in [(640, 480), (480, 640), (512, 512)] {
+            let camera =
+                Camera::fit_sphere(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 1.0, None, size)
+                    .unwrap();
+            for k in 0..64 {
+                let angle = f64::from(k) * 0.1;
+                // The sphere's outline from the eye: a circle in the plane z = 1/3.
+                let rim = DVec3::new(angle.cos(), angle.sin(), 0.0) * (8.0_f64 / 9.0).sqrt()
+                    + DVec3::Z / 3.0;
+                let p = camera.image_from_object(rim);
+                assert!(p.x > 0.0 && p.y > 0.0 && p.x < camera.size().x && p.y < camera.size().y);
+            }
+        }
+    }
+
+    #[test]
+    fn an_eye_in_the_model_is_refused() {
+        for eye in [
+            DVec3::ZERO,
+            DVec3::new(0.5, 0.0, 0.0),
+            DVec3::new(1.0, 0.0, 0.0),
+        ] {
+            let made = Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (64, 64));
+            assert!(
+                matches!(made, Err(CameraError::EyeInsideBounds { .. })),
+                "{made:?}"
+            );
+        }
+    }
+}

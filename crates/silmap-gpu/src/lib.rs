@@ -1,0 +1,1 @@
+//! Device, capability tier, read-back and shaders; knows nothing of silhouettes

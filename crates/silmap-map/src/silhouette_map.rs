@@ -1,0 +1,66 @@
+//! Views, contours and the polytope that connects them (section 4 of the paper).
+
+use glam::{DVec2, DVec3};
+use silmap_geometry::{Camera, CoverageRule};
+
+/// One closed contour of a captured view.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ViewContour {
+    /// Vertices in pixels of the capture image; outer contours have positive area, holes negative.
+    pub points: Vec<DVec2>,
+    /// Per vertex: distance along the camera's `forward` to the point of the contour generator that is seen there; empty
+    /// when the capture recorded none.
+    pub depths: Vec<f64>,
+}
+
+/// A viewpoint with the silhouette seen from it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CapturedView {
+    /// The square camera of the capture.
+    pub camera: Camera,
+    /// All contours: outer ones and holes.
+    pub contours: Vec<ViewContour>,
+}
+
+/// The silhouettes of a model from the vertices of a star-shaped polytope around it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SilhouetteMap {
+    /// The point that every polytope triangle faces; middle of the model's box.
+    pub center: DVec3,
+    /// Radius of the model's bounding sphere about `center`.
+    pub radius: f64,
+    /// Side of the square capture images, pixels.
+    pub resolution_px: u32,
+    /// How far a contour may lie from the traced pixel outline, pixels.
+    pub tolerance_px: f64,
+    /// The rule the silhouettes were captured with.
+    pub coverage: CoverageRule,
+    /// The views; their eyes are the polytope's vertices.
+    pub views: Vec<CapturedView>,
+    /// Triangles over `views`, counter-clockwise seen from outside: each has positive volume with `center`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl SilhouetteMap {
+    /// The viewpoint of a view, object space.
+    #[must_use]
+    pub fn eye(&self, view: u32) -> DVec3 {
+        self.views[view as usize].camera.eye
+    }
+
+    /// Whether every contour vertex has a depth.
+    #[must_use]
+    pub fn has_depth(&self) -> bool {
+        self.views
+            .iter()
+            .flat_map(|v| &v.contours)
+            .all(|c| c.depths.len() == c.points.len())
+    }
+
+    /// Contour vertices of each view.
+    pub fn contour_vertex_counts(&self) -> impl Iterator<Item = usize> + '_ {
+        self.views
+            .iter()
+            .map(|v| v.contours.iter().map(|c| c.points.len()).sum())
+    }
+}

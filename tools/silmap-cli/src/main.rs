@@ -1,0 +1,2 @@
+//! The `silmap` command.
+fn main() {}
