@@ -1,5 +1,6 @@
 //! From a mesh to an asset: every stage of the paper's preprocess (section 3), each in its own room.
 
+pub mod models;
 pub mod progress;
 
 pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};
