@@ -1,0 +1,124 @@
+//! Exact geometric predicates: the only place where signs that must be right are decided.
+//!
+//! Source: J. R. Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates. Discrete
+//! & Computational Geometry 18, 1997; through the crate `robust`.
+
+use glam::{DVec2, DVec3};
+
+/// Positive when `a`, `b`, `c` turn counter-clockwise (in a frame with y up), negative when clockwise, zero when they
+/// are collinear. The sign is exact.
+#[must_use]
+pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let coordinate = |p: DVec2| robust::Coord { x: p.x, y: p.y };
+    robust::orient2d(coordinate(a), coordinate(b), coordinate(c))
+}
+
+/// Positive when `p` lies on the side of the plane through `a`, `b`, `c` that sees them counter-clockwise (outside, for
+/// a face of an outward mesh), negative on the other side, zero on the plane. The sign is exact.
+#[must_use]
+pub fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
+    let coordinate = |p: DVec3| robust::Coord3D {
+        x: p.x,
+        y: p.y,
+        z: p.z,
+    };
+    // Shewchuk's determinant is positive below the plane.
+    -robust::orient3d(coordinate(a), coordinate(b), coordinate(c), coordinate(p))
+}
+
+/// Whether the open segment `p` `q` passes from one side of the plane of the triangle to the other within the closed
+/// triangle.
+#[must_use]
+pub fn segment_pierces_triangle(p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
+    let from = side_of_plane(a, b, c, p);
+    if from == 0.0 {
+        return false;
+    }
+    let to = side_of_plane(a, b, c, q);
+    if to == 0.0 || (from > 0.0) == (to > 0.0) {
+        return false;
+    }
+    let turns = [
+        side_of_plane(p, q, a, b),
+        side_of_plane(p, q, b, c),
+        side_of_plane(p, q, c, a),
+    ];
+    turns.iter().all(|&s| s >= 0.0) || turns.iter().all(|&s| s <= 0.0)
+}
+
+/// Whether two triangles pass through one another: an edge of one goes through the other. Triangles that only touch, or
+/// lie in one plane, do not cross.
+#[must_use]
+pub fn triangles_cross(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
+    let edges = |t: [DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    edges(first)
+        .iter()
+        .any(|&[p, q]| segment_pierces_triangle(p, q, second))
+        || edges(second)
+            .iter()
+            .any(|&[p, q]| segment_pierces_triangle(p, q, first))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
+
+    #[test]
+    fn outside_is_where_corners_look_counter_clockwise() {
+        let [a, b, c] = TRIANGLE;
+        assert!(side_of_plane(a, b, c, DVec3::Z) > 0.0);
+        assert!(side_of_plane(a, b, c, -DVec3::Z) < 0.0);
+        assert_eq!(side_of_plane(a, b, c, DVec3::new(7.0, -3.0, 0.0)), 0.0);
+        assert!(orient2d(DVec2::ZERO, DVec2::X, DVec2::Y) > 0.0);
+    }
+
+    #[test]
+    fn one_unit_in_the_last_place_decides_the_side() {
+        let lift = DVec3::new(1e5, -3e4, 7e4);
+        let [a, b, c] = TRIANGLE.map(|p| p + lift);
+        let p = DVec3::new(0.25, 0.25, 0.0) + lift;
+        assert_eq!(side_of_plane(a, b, c, p), 0.0);
+        assert!(side_of_plane(a, b, c, DVec3::new(p.x, p.y, p.z.next_up())) > 0.0);
+        assert!(side_of_plane(a, b, c, DVec3::new(p.x, p.y, p.z.next_down())) < 0.0);
+    }
+
+    #[test]
+    fn touching_is_not_crossing() {
+        let on_face = [
+            DVec3::new(0.2, 0.2, 0.0),
+            DVec3::new(0.3, 0.2, 1.0),
+            DVec3::new(0.2, 0.3, 1.0),
+        ];
+        assert!(!triangles_cross(TRIANGLE, on_face));
+        let through = on_face.map(|p| p - DVec3::Z * 0.5);
+        assert!(triangles_cross(TRIANGLE, through));
+        assert!(triangles_cross(through, TRIANGLE));
+        let beside = through.map(|p| p + DVec3::X);
+        assert!(!triangles_cross(TRIANGLE, beside));
+        let in_plane = TRIANGLE.map(|p| p + DVec3::new(0.1, 0.1, 0.0));
+        assert!(!triangles_cross(TRIANGLE, in_plane));
+        let sharing_a_corner = [
+            DVec3::ZERO,
+            DVec3::new(-1.0, 0.0, 1.0),
+            DVec3::new(-1.0, 0.0, -1.0),
+        ];
+        assert!(!triangles_cross(TRIANGLE, sharing_a_corner));
+    }
+
+    proptest! {
+        #[test]
+        fn crossing_is_symmetric_and_ignores_orientation(coordinates in prop::array::uniform18(-2_i32..3)) {
+            let point = |i: usize| DVec3::new(
+                f64::from(coordinates[i]), f64::from(coordinates[i + 1]), f64::from(coordinates[i + 2]));
+            let first = [point(0), point(3), point(6)];
+            let second = [point(9), point(12), point(15)];
+            let crosses = triangles_cross(first, second);
+            prop_assert_eq!(crosses, triangles_cross(second, first));
+            prop_assert_eq!(crosses, triangles_cross([first[1], first[0], first[2]], second));
+            prop_assert_eq!(crosses, triangles_cross(first, [second[2], second[0], second[1]]));
+        }
+    }
+}
