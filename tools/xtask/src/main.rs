@@ -1,2 +1,52 @@
-//! Development tasks.
-fn main() {}
+//! Development tasks: `cargo xtask check-deps` holds the crates to their arrows, `cargo xtask bless` accepts what a test
+//! produced as its new reference.
+
+mod bless;
+mod check_deps;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: cargo xtask TASK
+
+  check-deps       fails when a crate depends on one it may not know
+  bless            lists references that a test run found different or missing
+  bless NAME...    accepts what the tests produced for them (`bless --all` for every one)
+";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let outcome = match arguments.split_first() {
+        Some((task, [])) if task == "check-deps" => check_deps::run(&repository_root()),
+        Some((task, names)) if task == "bless" => bless::run(&repository_root(), names),
+        _ => {
+            say_to(&mut std::io::stderr(), USAGE);
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(summary) => {
+            say_to(&mut std::io::stdout(), &summary);
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            say_to(&mut std::io::stderr(), &format!("xtask: {error:#}\n"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Prints; a closed stream is nobody listening, not a failure.
+fn say_to(stream: &mut dyn Write, text: &str) {
+    let _ = stream.write_all(text.as_bytes());
+}
+
+fn repository_root() -> PathBuf {
+    let package = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    package
+        .ancestors()
+        .nth(2)
+        .map_or(package.clone(), PathBuf::from)
+}

@@ -1,0 +1,250 @@
+//! Holds the crates to the arrows of ARCHITECTURE.md.
+//!
+//! [`ARROWS`] is that table as data. `cargo metadata` says which workspace crates name which others, whatever the kind of
+//! dependency; `cargo tree` says which outside crates each of the portable crates reaches, so that nothing which needs
+//! threads or files slips into a web build by way of a third.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, bail, ensure};
+use serde_json::Value;
+
+/// Crate, and the workspace crates it may depend on.
+const ARROWS: &[(&str, &[&str])] = &[
+    ("silmap-geometry", &[]),
+    ("silmap-gpu", &[]),
+    ("silmap-map", &["silmap-geometry"]),
+    (
+        "silmap-preprocess",
+        &["silmap-geometry", "silmap-map", "silmap-gpu"],
+    ),
+    (
+        "silmap-runtime",
+        &["silmap-geometry", "silmap-map", "silmap-gpu"],
+    ),
+    ("silmap-exact", &["silmap-geometry"]),
+    ("silmap-report", &["silmap-geometry", "silmap-map"]),
+    (
+        "silmap-cli",
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-gpu",
+            "silmap-preprocess",
+            "silmap-runtime",
+            "silmap-exact",
+            "silmap-report",
+        ],
+    ),
+    (
+        "silmap-tests",
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-gpu",
+            "silmap-preprocess",
+            "silmap-runtime",
+            "silmap-exact",
+            "silmap-report",
+            "silmap-cli",
+        ],
+    ),
+    ("xtask", &[]),
+];
+
+/// Crates that must build for the web.
+const PORTABLE: &[&str] = &[
+    "silmap-geometry",
+    "silmap-map",
+    "silmap-gpu",
+    "silmap-runtime",
+];
+
+/// The target of the web build.
+const WEB_TARGET: &str = "wasm32-unknown-unknown";
+
+/// Outside crates that no portable crate may reach: files, triangulation for preprocessing, threads.
+const NATIVE_ONLY: &[&str] = &["tobj", "spade", "rayon"];
+
+/// Checks the whole workspace under `root`; the summary says how many arrows were looked at.
+pub(crate) fn run(root: &Path) -> anyhow::Result<String> {
+    let arrows = workspace_arrows(root)?;
+    ensure!(
+        !arrows.is_empty(),
+        "cargo metadata shows no arrow between workspace crates: nothing was checked"
+    );
+    let mut faults = arrow_faults(&arrows);
+    for &name in PORTABLE {
+        faults.extend(reach_faults(name, &reached_crates(root, name)?));
+    }
+    if !faults.is_empty() {
+        bail!(
+            "{} (the arrows are in tools/xtask/src/check_deps.rs and ARCHITECTURE.md)",
+            faults.join("; ")
+        );
+    }
+    Ok(format!(
+        "{} arrows between crates, all allowed\n",
+        arrows.len()
+    ))
+}
+
+/// One sentence for each arrow that is not in the table and each crate that the table does not know.
+fn arrow_faults(arrows: &BTreeSet<(String, String)>) -> Vec<String> {
+    let known = |name: &str| ARROWS.iter().find(|(from, _)| *from == name);
+    arrows
+        .iter()
+        .filter_map(|(from, to)| match known(from) {
+            None => Some(format!("{from} is not in the table of arrows")),
+            Some((_, allowed)) if !allowed.contains(&to.as_str()) => {
+                Some(format!("{from} may not depend on {to}"))
+            }
+            Some(_) => None,
+        })
+        .collect()
+}
+
+/// One sentence for each native-only crate among those that `name` reaches.
+fn reach_faults(name: &str, reached: &BTreeSet<String>) -> Vec<String> {
+    NATIVE_ONLY
+        .iter()
+        .filter(|&&banned| reached.contains(banned))
+        .map(|banned| format!("{name} must build for the web, yet it reaches {banned}"))
+        .collect()
+}
+
+/// All pairs (crate, workspace crate it names) with any kind of dependency.
+fn workspace_arrows(root: &Path) -> anyhow::Result<BTreeSet<(String, String)>> {
+    let text = cargo(
+        root,
+        &["metadata", "--format-version", "1", "--no-deps", "--locked"],
+    )?;
+    let metadata: Value = serde_json::from_str(&text).context("cargo metadata is not JSON")?;
+    let packages = metadata["packages"]
+        .as_array()
+        .context("cargo metadata lists no packages")?;
+    let members: BTreeSet<&str> = packages.iter().filter_map(|p| p["name"].as_str()).collect();
+    let mut arrows = BTreeSet::new();
+    for package in packages {
+        let from = package["name"].as_str().context("a package has no name")?;
+        let dependencies = package["dependencies"].as_array();
+        for dependency in dependencies.into_iter().flatten() {
+            let to = dependency["name"]
+                .as_str()
+                .context("a dependency has no name")?;
+            if members.contains(to) {
+                arrows.insert((from.to_owned(), to.to_owned()));
+            }
+        }
+    }
+    Ok(arrows)
+}
+
+/// Names of all crates that `name` builds with for the web, its tests left out.
+fn reached_crates(root: &Path, name: &str) -> anyhow::Result<BTreeSet<String>> {
+    let text = cargo(
+        root,
+        &[
+            "tree",
+            "--locked",
+            "--package",
+            name,
+            "--edges",
+            "normal,build",
+            "--target",
+            WEB_TARGET,
+            "--prefix",
+            "none",
+            "--format",
+            "{p}",
+        ],
+    )?;
+    let names: BTreeSet<String> = text
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .map(str::to_owned)
+        .collect();
+    ensure!(
+        names.contains(name),
+        "cargo tree does not show {name} itself: nothing was checked"
+    );
+    Ok(names)
+}
+
+fn cargo(root: &Path, arguments: &[&str]) -> anyhow::Result<String> {
+    let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(program)
+        .args(arguments)
+        .current_dir(root)
+        .output()
+        .context("cargo could not be started")?;
+    ensure!(
+        output.status.success(),
+        "cargo {} failed: {}",
+        arguments[0],
+        String::from_utf8_lossy(&output.stderr).trim()
+    );
+    String::from_utf8(output.stdout).context("cargo printed something other than UTF-8")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arrows(pairs: &[(&str, &str)]) -> BTreeSet<(String, String)> {
+        pairs
+            .iter()
+            .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
+            .collect()
+    }
+
+    #[test]
+    fn allowed_arrows_pass() {
+        let fine = arrows(&[
+            ("silmap-map", "silmap-geometry"),
+            ("silmap-cli", "silmap-preprocess"),
+        ]);
+        assert_eq!(arrow_faults(&fine), Vec::<String>::new());
+    }
+
+    #[test]
+    fn every_other_arrow_is_a_fault() {
+        for (from, to) in [
+            ("silmap-preprocess", "silmap-runtime"),
+            ("silmap-runtime", "silmap-preprocess"),
+            ("silmap-preprocess", "silmap-exact"),
+            ("silmap-geometry", "silmap-map"),
+            ("silmap-map", "silmap-tests"),
+            ("silmap-newcomer", "silmap-geometry"),
+        ] {
+            let faults = arrow_faults(&arrows(&[(from, to)]));
+            assert_eq!(faults.len(), 1, "{from} -> {to} gave {faults:?}");
+            assert!(faults[0].contains(from), "{faults:?}");
+        }
+    }
+
+    #[test]
+    fn a_native_crate_on_the_web_is_a_fault() {
+        let reached = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+        assert!(reach_faults("silmap-map", &reached(&["glam", "thiserror"])).is_empty());
+        let faults = reach_faults("silmap-map", &reached(&["glam", "rayon", "spade"]));
+        assert_eq!(faults.len(), 2, "{faults:?}");
+    }
+
+    #[test]
+    fn the_table_has_no_circle() {
+        // Taking away crates whose dependencies are all gone must empty the table.
+        let mut left: BTreeSet<&str> = ARROWS.iter().map(|(name, _)| *name).collect();
+        while !left.is_empty() {
+            let free: Vec<&str> = ARROWS
+                .iter()
+                .filter(|(name, to)| left.contains(name) && to.iter().all(|t| !left.contains(t)))
+                .map(|(name, _)| *name)
+                .collect();
+            assert!(!free.is_empty(), "a circle among {left:?}");
+            left.retain(|name| !free.contains(name));
+        }
+    }
+}
