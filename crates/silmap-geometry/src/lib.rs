@@ -6,14 +6,22 @@
 
 pub mod bvh;
 pub mod camera;
+pub mod closed_mesh;
+pub mod defects;
 pub mod lighting;
 pub mod mask;
 pub mod mesh;
+mod mesh_edit;
 pub mod polygon;
 pub mod predicates;
+pub mod topology;
+pub mod triangulate;
 
 pub use bvh::{Bvh, Hit};
 pub use camera::{Camera, CameraError, CoverageRule};
+pub use closed_mesh::ClosedMesh;
+pub use defects::{Defect, MeshDefects};
 pub use mask::Mask;
 pub use mesh::{Appearance, Bounds, ColourImage, Material, TriangleMesh};
 pub use polygon::Loop;
+pub use topology::Topology;
