@@ -4,9 +4,22 @@
 //! 1999, sections 4 and 5.
 
 pub mod asset;
+mod clique;
+mod connect;
+pub mod epipolar;
+pub mod interpolate;
+mod intersect;
+mod linear;
+mod loops;
+pub mod polytope;
 pub mod silhouette_map;
+mod span;
+mod sweep;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CoarseHull, EncodedImage, TextureSet, TextureView,
 };
+pub use interpolate::{InterpolateError, Method, Outline, Scratch, TriangleInterpolator, outline};
+pub use loops::FlatLoops;
+pub use polytope::{Location, Polytope, PolytopeError};
 pub use silhouette_map::{CapturedView, SilhouetteMap, ViewContour};

@@ -1,0 +1,285 @@
+//! Which intervals of two views may hold the same geometry: the paper's cliques (section 5.3, "Mutant pants").
+//!
+//! Source: Silhouette Mapping, section 5.3: convex and concave extrema of the silhouettes in y (frontier points) are
+//! matched between the views and tracked from span to span; matched ones separate cliques, unmatched ones join the nearest.
+//! Deviation: what is tracked here are the *gaps* between neighbouring intervals. A gap lives from the extremum that opens it
+//! to the extremum that closes it, two gaps match when these agree, and where two matched gaps are both present they cut the
+//! spans into cliques. Intervals that no matched gap separates stay together, which is "join the nearest clique".
+
+use crate::span::Cuts;
+use crate::sweep::{Interval, Sweep};
+
+/// Two gaps match when the scanlines they share are at least this part of the scanlines that either has.
+const MIN_SHARED_SCANLINES: f64 = 0.5;
+
+/// How a gap begins or ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Extremum {
+    /// At a concave extremum: an interval splits, or two merge.
+    Concave,
+    /// At a convex one: an interval appears beside another, or disappears.
+    Convex,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    y_top: f64,
+    y_bottom: f64,
+    top: Extremum,
+    bottom: Extremum,
+}
+
+impl Gap {
+    /// Scanlines in both over scanlines in either.
+    fn agreement(&self, other: &Self) -> f64 {
+        let shared = self.y_bottom.min(other.y_bottom) - self.y_top.max(other.y_top);
+        let either = self.y_bottom.max(other.y_bottom) - self.y_top.min(other.y_top);
+        if either > 0.0 { shared / either } else { 0.0 }
+    }
+}
+
+/// The gaps of one view, and which of them lie in each of its own slabs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct GapTracks {
+    gaps: Vec<Gap>,
+    /// Gap ids of all slabs, left to right, one slab after the other.
+    ids: Vec<u32>,
+    /// Slab s, between heights s and s + 1, holds `ids[starts[s]..starts[s + 1]]`.
+    starts: Vec<u32>,
+    heights: Vec<f64>,
+    spans: [Vec<Interval>; 2],
+}
+
+/// Whether one of the intervals, taken at the slab border given by `end`, holds x.
+fn covers(span: &[Interval], end: impl Fn(&Interval) -> (f64, f64), x: f64) -> bool {
+    span.iter()
+        .map(end)
+        .any(|(enter, exit)| enter <= x && x <= exit)
+}
+
+fn at_top(i: &Interval) -> (f64, f64) {
+    (i.enter.top, i.exit.top)
+}
+
+fn at_bottom(i: &Interval) -> (f64, f64) {
+    (i.enter.bottom, i.exit.bottom)
+}
+
+/// The gap right of interval `g` on the border given by `end`.
+fn gap_at(span: &[Interval], end: impl Fn(&Interval) -> (f64, f64), g: usize) -> (f64, f64) {
+    (end(&span[g]).1, end(&span[g + 1]).0)
+}
+
+/// The item of an iterator that has exactly one.
+fn only(mut items: impl Iterator<Item = usize>) -> Option<usize> {
+    items.next().filter(|_| items.next().is_none())
+}
+
+fn kind(covered: bool) -> Extremum {
+    if covered {
+        Extremum::Concave
+    } else {
+        Extremum::Convex
+    }
+}
+
+impl GapTracks {
+    /// Follows the gaps of a polygon set; `sweep` is rewound before and after.
+    pub(crate) fn track(&mut self, sweep: &mut Sweep) {
+        self.gaps.clear();
+        self.ids.clear();
+        self.starts.clear();
+        self.starts.push(0);
+        self.heights.clear();
+        self.heights.extend_from_slice(sweep.heights());
+        sweep.rewind();
+        let [mut above, mut here] = std::mem::take(&mut self.spans);
+        above.clear();
+        for k in 1..self.heights.len() {
+            sweep.step(self.heights[k - 1], self.heights[k], &mut here);
+            if above.len() > 1 || here.len() > 1 {
+                self.add_slab((self.heights[k - 1], self.heights[k]), &above, &here);
+            }
+            self.starts.push(self.ids.len() as u32);
+            std::mem::swap(&mut above, &mut here);
+        }
+        self.spans = [above, here];
+        sweep.rewind();
+    }
+
+    /// Whether no slab has more than one interval.
+    #[must_use]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.gaps.is_empty()
+    }
+
+    fn add_slab(&mut self, (y_top, y_bottom): (f64, f64), above: &[Interval], here: &[Interval]) {
+        let n_above = above.len().saturating_sub(1);
+        let n_here = here.len().saturating_sub(1);
+        let first_above = self.ids.len() - n_above;
+        let touch = |a: usize, h: usize| {
+            let (p, q) = (gap_at(above, at_bottom, a), gap_at(here, at_top, h));
+            p.0.max(q.0) < p.1.min(q.1)
+        };
+        for h in 0..n_here {
+            // A gap goes on when it touches one gap above, and that one touches no other below.
+            let continued = only((0..n_above).filter(|&a| touch(a, h)))
+                .filter(|&a| only((0..n_here).filter(|&other| touch(a, other))).is_some());
+            let id = match continued {
+                Some(a) => self.ids[first_above + a],
+                None => {
+                    let (left, right) = gap_at(here, at_top, h);
+                    let top = kind(covers(above, at_bottom, 0.5 * (left + right)));
+                    self.gaps.push(Gap {
+                        y_top,
+                        y_bottom,
+                        top,
+                        bottom: Extremum::Convex,
+                    });
+                    self.gaps.len() as u32 - 1
+                }
+            };
+            self.gaps[id as usize].y_bottom = y_bottom;
+            self.ids.push(id);
+        }
+        for a in 0..n_above {
+            let gap = &mut self.gaps[self.ids[first_above + a] as usize];
+            if gap.y_bottom <= y_top {
+                let (left, right) = gap_at(above, at_bottom, a);
+                gap.bottom = kind(covers(here, at_top, 0.5 * (left + right)));
+            }
+        }
+    }
+
+    /// The gaps in the view's own slab around height `y`, from left to right.
+    fn gaps_at(&self, y: f64) -> &[u32] {
+        match self.heights.partition_point(|&height| height <= y) {
+            slab if slab == 0 || slab >= self.starts.len() => &[],
+            slab => &self.ids[self.starts[slab - 1] as usize..self.starts[slab] as usize],
+        }
+    }
+}
+
+/// The gaps of two views that match.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct GapMatching {
+    /// Per gap of the first view: the matching gap of the second.
+    partner: Vec<Option<u32>>,
+    candidates: Vec<(f64, u32, u32)>,
+    taken: Vec<bool>,
+}
+
+impl GapMatching {
+    /// Matches gaps one to one, best agreement first.
+    pub(crate) fn assign(&mut self, one: &GapTracks, two: &GapTracks) {
+        self.candidates.clear();
+        for (i, a) in (0_u32..).zip(&one.gaps) {
+            for (j, b) in (0_u32..).zip(&two.gaps) {
+                let agreement = a.agreement(b);
+                if (a.top == b.top || a.bottom == b.bottom) && agreement >= MIN_SHARED_SCANLINES {
+                    self.candidates.push((agreement, i, j));
+                }
+            }
+        }
+        self.candidates
+            .sort_unstable_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)).then(p.2.cmp(&q.2)));
+        self.partner.clear();
+        self.partner.resize(one.gaps.len(), None);
+        self.taken.clear();
+        self.taken.resize(two.gaps.len(), false);
+        for &(_, i, j) in &self.candidates {
+            if self.partner[i as usize].is_none() && !self.taken[j as usize] {
+                self.partner[i as usize] = Some(j);
+                self.taken[j as usize] = true;
+            }
+        }
+    }
+
+    /// Where matched gaps cut the spans at height `y`; none when the views order them differently, for then geometry
+    /// crosses over between them.
+    pub(crate) fn cuts(&self, one: &GapTracks, two: &GapTracks, y: f64, cuts: &mut Cuts) {
+        cuts.clear();
+        let others = two.gaps_at(y);
+        for (i, &gap) in (1_u32..).zip(one.gaps_at(y)) {
+            let Some(partner) = self.partner[gap as usize] else {
+                continue;
+            };
+            if let Some(j) = others.iter().position(|&g| g == partner) {
+                let j = j as u32 + 1;
+                if cuts.last().is_some_and(|&(_, before)| before >= j) {
+                    cuts.clear();
+                    return;
+                }
+                cuts.push((i, j));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::loops::FlatLoops;
+    use glam::DVec2;
+
+    fn track(loops: &[&[(f64, f64)]]) -> GapTracks {
+        let loops: Vec<Vec<DVec2>> = loops
+            .iter()
+            .map(|l| l.iter().map(|&(x, y)| DVec2::new(x, y)).collect())
+            .collect();
+        let mut flat = FlatLoops::default();
+        flat.assign(loops.iter().map(Vec::as_slice));
+        let mut sweep = Sweep::default();
+        sweep.restart(&flat);
+        let mut tracks = GapTracks::default();
+        tracks.track(&mut sweep);
+        tracks
+    }
+
+    const SQUARE: &[(f64, f64)] = &[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+
+    #[test]
+    fn a_hole_is_one_gap_between_concave_extrema() {
+        let hole = &[(4.0, 5.0), (5.0, 8.0), (6.0, 5.5), (5.0, 2.0)];
+        let tracks = track(&[SQUARE, hole]);
+        assert_eq!(tracks.gaps.len(), 1);
+        let gap = tracks.gaps[0];
+        assert_eq!(
+            (gap.y_top, gap.y_bottom, gap.top, gap.bottom),
+            (2.0, 8.0, Extremum::Concave, Extremum::Concave)
+        );
+        assert_eq!(tracks.gaps_at(5.2), [0]);
+        assert!(tracks.gaps_at(1.0).is_empty() && tracks.gaps_at(9.0).is_empty());
+    }
+
+    #[test]
+    fn two_ears_leave_a_gap_from_convex_to_concave() {
+        let ears = &[(0.0, 10.0), (1.0, 0.0), (4.0, 6.0), (8.0, 2.0), (9.0, 10.0)];
+        let tracks = track(&[ears]);
+        assert_eq!(tracks.gaps.len(), 1);
+        let gap = tracks.gaps[0];
+        assert_eq!(
+            (gap.y_top, gap.y_bottom, gap.top, gap.bottom),
+            (2.0, 6.0, Extremum::Convex, Extremum::Concave)
+        );
+    }
+
+    #[test]
+    fn holes_match_across_views_and_strangers_do_not() {
+        let hole = |y: f64| [(4.0, y + 1.0), (5.0, y + 3.0), (6.0, y + 1.0), (5.0, y)];
+        let (one, near, far) = (
+            track(&[SQUARE, &hole(2.0)]),
+            track(&[SQUARE, &hole(2.4)]),
+            track(&[SQUARE, &hole(5.0)]),
+        );
+        let mut matching = GapMatching::default();
+        let mut cuts = Cuts::new();
+        matching.assign(&one, &near);
+        matching.cuts(&one, &near, 3.0, &mut cuts);
+        assert_eq!(cuts, [(1, 1)]);
+        matching.cuts(&one, &near, 2.2, &mut cuts);
+        assert_eq!(cuts, [], "the second view has no gap there yet");
+        matching.assign(&one, &far);
+        assert_eq!(matching.partner, [None]);
+    }
+}

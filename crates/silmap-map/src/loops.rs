@@ -1,0 +1,81 @@
+//! Closed loops in one flat buffer, so that a chain of steps reuses its storage.
+
+use glam::DVec2;
+use silmap_geometry::Loop;
+
+/// Closed loops one after the other: loop i ends before `ends[i]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlatLoops {
+    points: Vec<DVec2>,
+    ends: Vec<u32>,
+}
+
+impl FlatLoops {
+    /// Removes all loops, keeping the storage.
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.ends.clear();
+    }
+
+    /// Appends a point to the loop being written.
+    pub fn push(&mut self, point: DVec2) {
+        self.points.push(point);
+    }
+
+    /// Ends the loop being written; a loop of fewer than three points is dropped.
+    pub fn close(&mut self) {
+        let start = self.ends.last().map_or(0, |&e| e as usize);
+        if self.points.len() < start + 3 {
+            self.points.truncate(start);
+        } else {
+            self.ends.push(self.points.len() as u32);
+        }
+    }
+
+    /// The points of the loop being written.
+    pub(crate) fn open_loop(&mut self) -> &mut Vec<DVec2> {
+        &mut self.points
+    }
+
+    /// Number of points in finished loops.
+    #[must_use]
+    pub fn finished_points(&self) -> usize {
+        self.ends.last().map_or(0, |&e| e as usize)
+    }
+
+    /// All loops, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &[DVec2]> + '_ {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts
+            .zip(&self.ends)
+            .map(|(start, &end)| &self.points[start as usize..end as usize])
+    }
+
+    /// Whether there is no loop.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// Applies `map` to every point.
+    pub fn transform(&mut self, map: impl Fn(DVec2) -> DVec2) {
+        for p in &mut self.points {
+            *p = map(*p);
+        }
+    }
+
+    /// Copies the loops out, each as a vector of its own.
+    #[must_use]
+    pub fn to_loops(&self) -> Vec<Loop> {
+        self.iter().map(<[DVec2]>::to_vec).collect()
+    }
+
+    /// Replaces the content by copies of `loops`.
+    pub fn assign<'a>(&mut self, loops: impl IntoIterator<Item = &'a [DVec2]>) {
+        self.clear();
+        for points in loops {
+            self.points.extend_from_slice(points);
+            self.close();
+        }
+    }
+}
