@@ -1,0 +1,192 @@
+//! Drawing the model from every viewpoint: where to look from, which pixels it covers, and how deep its rim lies.
+//!
+//! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. TR-1-99, Harvard University, 1999, section 3.
+//! Deviations: the paper reads masks back from a graphics board; here a processor rasteriser of integer arithmetic gives
+//! the same mask on every machine. Depth at the rim ([`tangent_depths`]) is not in the paper.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use silmap_geometry::{Bounds, Camera, CameraError, CoverageRule, Mask, TriangleMesh};
+use thiserror::Error;
+
+use crate::progress::{Interrupted, Monitor, Stage};
+
+pub mod cpu;
+
+/// Who draws the masks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// Whatever suits the machine; today the processor, whose masks are the same everywhere.
+    #[default]
+    Auto,
+    /// The processor: the same masks on every machine and for every number of threads.
+    Cpu,
+}
+
+/// How to capture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CaptureParams {
+    /// Which pixels count as covered.
+    pub coverage: CoverageRule,
+    /// Who draws.
+    pub backend: Backend,
+}
+
+/// Why a view cannot be captured.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum CaptureError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// Part of the model lies behind the eye or beside it, where no image reaches.
+    #[error("vertex {vertex} lies behind the eye or too close to it: move the eye farther out")]
+    BehindEye {
+        /// The first such vertex of a face.
+        vertex: u32,
+    },
+    /// Part of the model falls so far outside the image that the arithmetic would overflow.
+    #[error(
+        "vertex {vertex} falls more than {limit_px} pixels from the image: widen the field of view or move the eye out"
+    )]
+    OutOfReach {
+        /// The first such vertex of a face.
+        vertex: u32,
+        /// How far is too far, pixels.
+        limit_px: f64,
+    },
+    /// The mask handed in does not have the camera's size.
+    #[error("the mask is {mask_width} × {mask_height} pixels and the camera {width} × {height}")]
+    MaskSize {
+        /// Columns of the mask.
+        mask_width: u32,
+        /// Rows of the mask.
+        mask_height: u32,
+        /// Columns of the camera.
+        width: u32,
+        /// Rows of the camera.
+        height: u32,
+    },
+}
+
+/// Cameras spread evenly on the sphere of radius `distance` about the model's center, all looking at it.
+///
+/// The eyes follow a Fibonacci spiral about the Y axis; they depend on nothing but the arguments (no trigonometric function
+/// of the system is used). Images are square, `resolution_px` wide, and just hold the bounding sphere.
+///
+/// # Errors
+/// When `distance` is not greater than the bounding radius, or the resolution is zero or too large.
+pub fn view_sphere(
+    bounds: &Bounds,
+    distance: f64,
+    count: u32,
+    resolution_px: u32,
+) -> Result<Vec<Camera>, CameraError> {
+    spiral_directions(count)
+        .into_iter()
+        .map(|direction| {
+            Camera::fit_sphere(
+                bounds.center + direction * distance,
+                bounds.center,
+                bounds.radius,
+                None,
+                (resolution_px, resolution_px),
+            )
+        })
+        .collect()
+}
+
+/// `count` unit vectors spread evenly over the sphere.
+fn spiral_directions(count: u32) -> Vec<DVec3> {
+    // Cosine and sine of the golden angle π(3 − √5), by which each point is turned from the last.
+    const TURN: (f64, f64) = (-0.737_368_878_078_319_9, 0.675_490_294_261_523_6);
+    let (mut x, mut z) = (1.0_f64, 0.0_f64);
+    (0..count)
+        .map(|k| {
+            let y = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
+            let ring = (1.0 - y * y).max(0.0).sqrt();
+            let direction = DVec3::new(x * ring, y, z * ring);
+            (x, z) = (x * TURN.0 - z * TURN.1, x * TURN.1 + z * TURN.0);
+            let length = (x * x + z * z).sqrt();
+            (x, z) = (x / length, z / length);
+            direction.normalize_or_zero()
+        })
+        .collect()
+}
+
+/// The pixels that `mesh` covers from each camera, in the order of the cameras.
+///
+/// The mesh must be closed: only the faces that look towards the eye are drawn.
+///
+/// # Errors
+/// When the caller asked to stop, or a view cannot hold the model (see [`CaptureError`]).
+pub fn capture(
+    mesh: &TriangleMesh,
+    cameras: &[Camera],
+    params: &CaptureParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<Mask>, CaptureError> {
+    monitor.start(Stage::Capture, cameras.len() as u64);
+    let masks = match params.backend {
+        Backend::Auto | Backend::Cpu => cameras
+            .par_iter()
+            .map(|camera| {
+                monitor.check()?;
+                let mut mask = Mask::new(camera.width_px, camera.height_px);
+                cpu::rasterise(mesh, camera, params.coverage, &mut mask)?;
+                monitor.advance(Stage::Capture, 1);
+                Ok(mask)
+            })
+            .collect::<Result<Vec<_>, CaptureError>>()?,
+    };
+    monitor.finish(Stage::Capture);
+    Ok(masks)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_even() {
+        let directions = spiral_directions(1024);
+        let sum: DVec3 = directions.iter().copied().sum();
+        assert!(sum.length() < 0.5, "off balance by {sum}");
+        // A hexagonal packing of n points on the sphere has spacing √(8π/(√3·n)).
+        let ideal = (8.0 * std::f64::consts::PI / (3.0_f64.sqrt() * 1024.0)).sqrt();
+        for (i, a) in directions.iter().enumerate() {
+            assert!((a.length() - 1.0).abs() < 1e-12);
+            let nearest = directions
+                .iter()
+                .enumerate()
+                .filter(|&(j, _)| j != i)
+                .map(|(_, b)| a.distance(*b))
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                nearest > 0.7 * ideal && nearest < 1.1 * ideal,
+                "point {i} is {nearest} from its neighbour, {ideal} is ideal"
+            );
+        }
+    }
+
+    #[test]
+    fn the_spiral_does_not_drift() {
+        let angle = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let last = spiral_directions(4096)[4095];
+        let ring = last.x.hypot(last.z);
+        let expected = (angle * 4095.0).sin_cos();
+        assert!((last.x / ring - expected.1).abs() < 1e-9);
+        assert!((last.z / ring - expected.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn eyes_lie_on_the_sphere_and_an_eye_inside_is_refused() {
+        let bounds = Bounds::of_points([DVec3::ZERO, DVec3::new(2.0, 1.0, 4.0)].into_iter());
+        let cameras = view_sphere(&bounds, 3.0 * bounds.radius, 50, 64).unwrap();
+        for camera in &cameras {
+            let distance = camera.eye.distance(bounds.center);
+            assert!((distance / bounds.radius - 3.0).abs() < 1e-12);
+        }
+        assert!(view_sphere(&bounds, 0.9 * bounds.radius, 50, 64).is_err());
+    }
+}
