@@ -235,15 +235,16 @@ impl Chains {
             .iter()
             .map(|range| {
                 // The smallest vertex left comes first, wherever removal ended.
-                let mut points = Vec::with_capacity(range.kept as usize);
+                let kept = range.kept as usize;
+                let mut points = Vec::with_capacity(kept);
                 let mut v = range.first_vertex;
                 let mut smallest = (u32::MAX, 0);
-                for k in 0..range.kept as usize {
+                for k in 0..kept {
                     smallest = smallest.min((v, k));
                     points.push(self.position(v));
                     v = self.vertices[v as usize].next;
                 }
-                points.rotate_left(smallest.1.min(points.len()));
+                points.rotate_left(smallest.1);
                 points
             })
             .collect()
@@ -331,8 +332,8 @@ impl VertexGrid {
             sum += *start;
             *start = sum;
         }
-        for (v, vertex) in (0_u32..).zip(vertices).rev() {
-            let cell = grid.cell(vertex.position);
+        for v in (0..vertices.len() as u32).rev() {
+            let cell = grid.cell(vertices[v as usize].position);
             grid.starts[cell] -= 1;
             grid.members[grid.starts[cell] as usize] = v;
         }
@@ -363,3 +364,6 @@ impl VertexGrid {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

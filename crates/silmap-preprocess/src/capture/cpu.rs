@@ -31,7 +31,8 @@ const NARROW_COLUMNS: i64 = 16;
 /// Sets the pixels of `mask` that the faces of `mesh` looking towards the camera cover; `mask` is overwritten.
 ///
 /// With [`CoverageRule::Center`] a pixel is covered when its centre lies in a projected face or on its edge. With
-/// [`CoverageRule::Any`] a pixel is covered when a face comes within 1/4096 pixel of it: touching its border is enough.
+/// [`CoverageRule::Any`] a pixel is covered when a face comes within about 1/4096 pixel of it: touching its border is
+/// enough, and rounding loses nothing.
 /// The mesh must be closed; of an open one, what is seen from behind is missing.
 ///
 /// # Errors
@@ -97,7 +98,7 @@ fn project(mesh: &TriangleMesh, camera: &Camera) -> Result<Vec<[i32; 2]>, Captur
         // Vertices that no face uses do not matter.
         for &vertex in mesh.faces.iter().flatten() {
             let place = locate(&mesh.positions[vertex as usize]);
-            if !(place.2 > 0.0) {
+            if place.2.is_nan() || place.2 <= 0.0 {
                 return Err(CaptureError::BehindEye { vertex });
             }
             if !is_sound(place) {
@@ -193,13 +194,14 @@ fn columns_inside(row: &[i64; 3], edges: &[(i64, i64, i64); 3], last: i64) -> Op
 fn cover_touched(corners: [[i64; 2]; 3], bands: &mut Vec<(i64, i64)>, mask: &mut Mask) {
     let (left, right) = extent(corners.map(|p| p[0]));
     let (top, bottom) = extent(corners.map(|p| p[1]));
-    let first_row = touched_from(top).max(0);
-    let last_row = touched_to(bottom).min(i64::from(mask.height()) - 1);
+    let rows = (touched_from(top), touched_to(bottom));
+    let columns = (touched_from(left), touched_to(right));
+    let first_row = rows.0.max(0);
+    let last_row = rows.1.min(i64::from(mask.height()) - 1);
     if first_row > last_row {
         return;
     }
-    let columns = (touched_from(left), touched_to(right));
-    if first_row == last_row || columns.0 == columns.1 {
+    if rows.0 == rows.1 || columns.0 == columns.1 {
         for j in first_row..=last_row {
             mask.set_span(j as u32, columns.0, columns.1 + 1);
         }
@@ -253,4 +255,180 @@ fn touched_from(v: i64) -> i64 {
 /// Last pixel (row or column) that a coordinate touches.
 fn touched_to(v: i64) -> i64 {
     (v + TOUCH) >> SUBPIXEL_BITS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    /// A camera under which the point (x, y, −1) falls on pixel coordinates (x, y).
+    fn pixel_camera(width: u32, height: u32) -> Camera {
+        let middle = DVec3::new(f64::from(width) / 2.0, f64::from(height) / 2.0, 0.0);
+        let target = middle - DVec3::Z;
+        Camera::with_half_tangent(
+            middle,
+            target,
+            Some(DVec3::NEG_Y),
+            middle.y,
+            (width, height),
+        )
+        .unwrap()
+    }
+
+    fn covered(
+        triangles: &[[(f64, f64); 3]],
+        rule: CoverageRule,
+        (width, height): (u32, u32),
+    ) -> Mask {
+        // Looking along −z with y down, right is −x: mirror x so that the picture is not.
+        let mut mesh = TriangleMesh::default();
+        for triangle in triangles {
+            let first = mesh.positions.len() as u32;
+            mesh.positions
+                .extend(triangle.map(|(x, y)| DVec3::new(f64::from(width) - x, y, -1.0)));
+            mesh.faces.push([first, first + 1, first + 2]);
+            mesh.faces.push([first, first + 2, first + 1]);
+        }
+        let mut mask = Mask::new(width, height);
+        rasterise(&mesh, &pixel_camera(width, height), rule, &mut mask).unwrap();
+        mask
+    }
+
+    fn side(a: (f64, f64), b: (f64, f64), p: (f64, f64)) -> f64 {
+        (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0)
+    }
+
+    fn holds(t: &[(f64, f64); 3], p: (f64, f64)) -> bool {
+        let sides = [
+            side(t[0], t[1], p),
+            side(t[1], t[2], p),
+            side(t[2], t[0], p),
+        ];
+        side(t[0], t[1], t[2]) != 0.0
+            && (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
+    }
+
+    /// Whether a closed triangle meets the closed square of a pixel, grown on all sides: clip it to the square.
+    fn touches(t: &[(f64, f64); 3], (x, y): (f64, f64), grow: f64) -> bool {
+        let mut polygon = t.to_vec();
+        for (is_x, limit, sign) in [
+            (true, x - grow, 1.0),
+            (true, x + 1.0 + grow, -1.0),
+            (false, y - grow, 1.0),
+            (false, y + 1.0 + grow, -1.0),
+        ] {
+            let height = |p: &(f64, f64)| sign * (if is_x { p.0 } else { p.1 } - limit);
+            let mut kept = Vec::new();
+            for k in 0..polygon.len() {
+                let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+                let (ha, hb) = (height(&a), height(&b));
+                if ha >= 0.0 {
+                    kept.push(a);
+                }
+                if ha * hb < 0.0 {
+                    let s = ha / (ha - hb);
+                    kept.push((a.0 + (b.0 - a.0) * s, a.1 + (b.1 - a.1) * s));
+                }
+            }
+            polygon = kept;
+        }
+        !polygon.is_empty()
+    }
+
+    /// Quarter pixels, also outside the image: vertices on centres, on borders, flat triangles.
+    fn any_triangle() -> impl Strategy<Value = [(f64, f64); 3]> {
+        let point = (-40_i32..400, -40_i32..120)
+            .prop_map(|(x, y)| (f64::from(x) / 4.0, f64::from(y) / 4.0));
+        let near =
+            (-8_i32..8, -8_i32..8).prop_map(|(x, y)| (f64::from(x) / 4.0, f64::from(y) / 4.0));
+        prop_oneof![
+            [point.clone(), point.clone(), point.clone()],
+            (point, near.clone(), near).prop_map(|(p, q, r)| [
+                p,
+                (p.0 + q.0, p.1 + q.1),
+                (p.0 + r.0, p.1 + r.1)
+            ]),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn both_rules_equal_their_definition(triangles in prop::collection::vec(any_triangle(), 1..6)) {
+            let size = (90, 24);
+            let centres = covered(&triangles, CoverageRule::Center, size);
+            let touched = covered(&triangles, CoverageRule::Any, size);
+            for j in 0..size.1 {
+                for i in 0..size.0 {
+                    let (x, y) = (f64::from(i), f64::from(j));
+                    let centre = triangles.iter().any(|t| holds(t, (x + 0.5, y + 0.5)));
+                    prop_assert_eq!(centres.get(i.into(), j.into()), centre, "centre of ({}, {})", i, j);
+                    let touch = |grow| triangles.iter().any(|t| touches(t, (x, y), grow));
+                    let is_touched = touched.get(i.into(), j.into());
+                    prop_assert!(is_touched || !touch(0.0), "({}, {}) is lost", i, j);
+                    prop_assert!(!is_touched || touch(3.0 / 4096.0), "({}, {}) is too much", i, j);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_fan_of_slivers_has_no_cracks() {
+        // A disc cut into thousands of triangles that meet in one point: every centre inside must be found.
+        let middle = (31.37, 30.91);
+        let rim = |k: u32| {
+            let angle = f64::from(k) / 5000.0 * std::f64::consts::TAU;
+            (middle.0 + 25.0 * angle.cos(), middle.1 + 25.0 * angle.sin())
+        };
+        let fan: Vec<_> = (0..5000)
+            .map(|k| [middle, rim(k), rim((k + 1) % 5000)])
+            .collect();
+        let mask = covered(&fan, CoverageRule::Center, (64, 64));
+        for j in 0..64 {
+            for i in 0..64 {
+                let (x, y) = (f64::from(i) + 0.5 - middle.0, f64::from(j) + 0.5 - middle.1);
+                if (x.hypot(y) - 25.0).abs() > 0.01 {
+                    assert_eq!(
+                        mask.get(i.into(), j.into()),
+                        x.hypot(y) < 25.0,
+                        "({i}, {j})"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_drawn_is_an_error() {
+        let camera = pixel_camera(16, 16);
+        let mesh = |z: f64, x: f64| TriangleMesh {
+            positions: vec![
+                DVec3::new(1.0, 1.0, -1.0),
+                DVec3::new(x, 1.0, z),
+                DVec3::new(1.0, 9.0, -1.0),
+                DVec3::new(f64::NAN, 0.0, 9.0),
+            ],
+            faces: vec![[0, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        let draw = |mesh: &TriangleMesh, mask: &mut Mask| {
+            rasterise(mesh, &camera, CoverageRule::Center, mask)
+        };
+        let mut mask = Mask::new(16, 16);
+        assert_eq!(draw(&mesh(-1.0, 5.0), &mut mask), Ok(()));
+        assert_eq!(
+            draw(&mesh(1.0, 5.0), &mut mask),
+            Err(CaptureError::BehindEye { vertex: 1 })
+        );
+        assert!(matches!(
+            draw(&mesh(-1.0, 1e7), &mut mask),
+            Err(CaptureError::OutOfReach { vertex: 1, .. })
+        ));
+        let mut other = Mask::new(16, 17);
+        assert!(matches!(
+            draw(&mesh(-1.0, 5.0), &mut other),
+            Err(CaptureError::MaskSize { .. })
+        ));
+    }
 }
