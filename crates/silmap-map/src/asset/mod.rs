@@ -1,9 +1,37 @@
 //! The asset: everything a picture is made from, in memory and as a `.glb`.
+//!
+//! On disk it is a standard binary glTF 2.0 file: the coarse hull, unwelded at the atlas's seams, with the atlas as base
+//! colour. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
+//! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
+//! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), and
+//! [`write`](mod@write) and [`read`](mod@read), which put them together.
+//!
+//! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
+//! everything else comes back bit for bit, and writing what was read gives the same bytes.
 
-use silmap_geometry::Camera;
+mod container;
+mod document;
+mod hull_mesh;
+mod packing;
+mod paint;
+mod read;
+mod silhouettes;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use silmap_geometry::{Camera, CameraError};
 use thiserror::Error;
 
 use crate::SilhouetteMap;
+
+pub use document::{EXTENSION_NAME, FORMAT_VERSION};
+pub use read::{read, sizes};
+pub use silhouettes::{DEPTH_STEPS_PER_RADIUS, POINT_STEPS_PER_PX, quantise};
+pub use write::write;
+
+/// Most texture views an asset may have: one bit each in a face's visibility word.
+pub const MAX_TEXTURE_VIEWS: usize = 64;
 
 /// An image file in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,7 +99,8 @@ pub struct BuildRecord {
     pub model_crc32: u32,
     /// Captured views before simplification.
     pub captured_views: u32,
-    /// Views kept and mean misclassified share after each collapse that was recorded, most views first.
+    /// Views kept and mean misclassified share after each collapse that was recorded, most views first; the share is stored
+    /// in single precision.
     pub error_curve: Vec<(u32, f64)>,
     /// Version of silmap.
     pub generator: String,
@@ -92,14 +121,140 @@ pub struct Asset {
     pub textures: TextureSet,
 }
 
-/// Why bytes are not an asset.
+/// Bytes of a `.glb` by what they hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AssetSizes {
+    /// Views, contours, depths and the polytope.
+    pub map: u64,
+    /// The coarse hull: glTF geometry, P(v) and how the two correspond.
+    pub hull: u64,
+    /// Texture views with their cameras and visibility bits, and the atlas picture.
+    pub textures: u64,
+    /// The whole file, with its JSON.
+    pub total: u64,
+}
+
+/// Why bytes are not an asset, or an asset cannot be written.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum AssetError {
     /// The bytes are not a binary glTF file.
-    #[error("it is not a binary glTF file: {reason}")]
+    #[error("it is not a whole binary glTF file: {reason}")]
     NotGlb {
         /// What is wrong with the container.
+        reason: &'static str,
+    },
+    /// The glTF document is not what this program writes.
+    #[error("its glTF document cannot be read: {reason}")]
+    Document {
+        /// What is wrong, with the place in the JSON text.
         reason: String,
+    },
+    /// A proper glTF file, but without silhouettes.
+    #[error("it has no silhouette map (not a silmap asset): make one with `silmap build`")]
+    NoSilhouetteMap,
+    /// Written by a later version of this program.
+    #[error(
+        "its silhouette map has format version {found}, this program reads version {known}: update it or build again"
+    )]
+    UnknownVersion {
+        /// Version in the file.
+        found: u32,
+        /// Version of this program.
+        known: u32,
+    },
+    /// The checksum does not fit the bytes.
+    #[error("it is damaged: its checksum says {stored}, its bytes say {computed}")]
+    Damaged {
+        /// Checksum in the file.
+        stored: String,
+        /// Checksum of the bytes.
+        computed: String,
+    },
+    /// A part ends before its contents do.
+    #[error("it is damaged: the {part} end too early")]
+    Truncated {
+        /// Which part.
+        part: &'static str,
+    },
+    /// A part goes on after its contents.
+    #[error("it is damaged: {bytes} bytes too many after the {part}")]
+    Trailing {
+        /// Which part.
+        part: &'static str,
+        /// Bytes left over.
+        bytes: usize,
+    },
+    /// Two counts that must agree do not.
+    #[error("{found} {what} where there must be {expected}")]
+    Count {
+        /// What is counted.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there must be.
+        expected: usize,
+    },
+    /// Something refers to an element that does not exist.
+    #[error("{what} {index} does not exist: there are {count}")]
+    NoSuch {
+        /// Kind of element.
+        what: &'static str,
+        /// Its index.
+        index: u64,
+        /// How many there are.
+        count: usize,
+    },
+    /// A number is not finite or larger than the format holds.
+    #[error("{what} {value} cannot be stored: it must be finite and at most {limit} in size")]
+    OutOfRange {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// The largest that can be stored.
+        limit: f64,
+    },
+    /// A captured view's camera is not the one that its eye determines.
+    #[error(
+        "view {view} was not captured with the camera that fits the bounding sphere from its eye"
+    )]
+    ForeignCamera {
+        /// Index of the view.
+        view: usize,
+    },
+    /// A texture view's camera has no orthonormal frame, or impossible numbers.
+    #[error("the camera of texture view {view} is not a pinhole camera with an orthonormal frame")]
+    TextureCamera {
+        /// Index of the texture view.
+        view: usize,
+    },
+    /// The glTF mesh and the extension describe different hulls.
+    #[error("the hull contradicts itself at vertex {vertex}")]
+    HullContradiction {
+        /// Index of the hull vertex.
+        vertex: usize,
+    },
+    /// A camera cannot be rebuilt.
+    #[error("the camera of view {view} is impossible: {source}")]
+    Camera {
+        /// Index of the view.
+        view: usize,
+        /// Why.
+        source: CameraError,
+    },
+    /// A picture is neither PNG nor JPEG, or not what its type says.
+    #[error("the picture {what} is not the PNG or JPEG that its type {mime_type:?} says")]
+    NotAPicture {
+        /// Which picture.
+        what: &'static str,
+        /// The type it claims.
+        mime_type: String,
+    },
+    /// The file would pass the 4 GiB that a binary glTF may have.
+    #[error("the asset would take {bytes} bytes: a binary glTF file ends at 4 GiB")]
+    TooLarge {
+        /// Bytes needed.
+        bytes: usize,
     },
 }

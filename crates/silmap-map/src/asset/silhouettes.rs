@@ -1,0 +1,297 @@
+//! Views, contours, depths and the polytope as bytes.
+//!
+//! A view's camera is not stored: it is the one that fits the bounding sphere from the eye, rebuilt when reading. Contour
+//! points are integers in units of 1/16 pixel. When all points of a view are multiples of a larger power of two (as traced
+//! pixel corners are), that power is taken out first. Each number is stored as its difference from the one before,
+//! continued from contour to contour. Depths are relative to the distance from the eye to the center, in units of
+//! 1/4096 of the bounding radius: a thirtieth of a pixel of sideways error at 512 pixels.
+
+use glam::{DVec2, DVec3};
+use silmap_geometry::{Camera, CoverageRule};
+
+use super::packing::{Decoder, Encoder};
+use super::{Asset, AssetError};
+use crate::{CapturedView, SilhouetteMap, ViewContour};
+
+/// Contour points are rounded to this fraction of a pixel, so each moves by at most 1/32 pixel along x and y.
+pub const POINT_STEPS_PER_PX: f64 = 16.0;
+
+/// Depths are rounded to this fraction of the bounding radius, so each moves by at most 1/8192 of the radius.
+pub const DEPTH_STEPS_PER_RADIUS: f64 = 4096.0;
+
+/// Largest point coordinate or depth in steps: differences stay far from overflow and products with the step are exact.
+const MAX_STEPS: f64 = (1_u64 << 40) as f64;
+
+/// How far a camera may be from the rebuilt one, relative to unit vectors and tangents.
+const CAMERA_SLACK: f64 = 1e-9;
+
+const PART: &str = "silhouettes";
+
+/// Fewest bytes of a view (eye, shift, contour count), a triangle, a contour and a point.
+const VIEW_BYTES: usize = 26;
+const TRIANGLE_BYTES: usize = 3;
+const CONTOUR_BYTES: usize = 1;
+const POINT_BYTES: usize = 2;
+
+/// What the document says about the map, next to the binary part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MapHeader {
+    pub(super) center: DVec3,
+    pub(super) radius: f64,
+    pub(super) resolution_px: u32,
+    pub(super) tolerance_px: f64,
+    pub(super) coverage: CoverageRule,
+}
+
+impl MapHeader {
+    pub(super) fn of(map: &SilhouetteMap) -> Self {
+        Self {
+            center: map.center,
+            radius: map.radius,
+            resolution_px: map.resolution_px,
+            tolerance_px: map.tolerance_px,
+            coverage: map.coverage,
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), AssetError> {
+        let numbers = self.center.to_array().map(|x| ("center coordinate", x));
+        for (what, value) in numbers
+            .into_iter()
+            .chain([("radius", self.radius), ("tolerance", self.tolerance_px)])
+        {
+            if !value.is_finite() {
+                return Err(AssetError::OutOfRange {
+                    what,
+                    value,
+                    limit: f64::MAX,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn camera(&self, view: usize, eye: DVec3) -> Result<Camera, AssetError> {
+        let size = (self.resolution_px, self.resolution_px);
+        Camera::fit_sphere(eye, self.center, self.radius, None, size)
+            .map_err(|source| AssetError::Camera { view, source })
+    }
+
+    fn depth_grid(&self, eye: DVec3) -> Grid {
+        Grid {
+            what: "depth",
+            origin: eye.distance(self.center),
+            step: self.radius / DEPTH_STEPS_PER_RADIUS,
+        }
+    }
+}
+
+/// Numbers origin + step · integer.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    what: &'static str,
+    origin: f64,
+    step: f64,
+}
+
+const POINT_GRID: Grid = Grid {
+    what: "contour coordinate",
+    origin: 0.0,
+    step: 1.0 / POINT_STEPS_PER_PX,
+};
+
+impl Grid {
+    fn steps(&self, value: f64) -> Result<i64, AssetError> {
+        let steps = ((value - self.origin) / self.step).round();
+        let far = self.origin.abs() / self.step;
+        if steps.abs() <= MAX_STEPS && far <= MAX_STEPS {
+            return Ok(steps as i64);
+        }
+        Err(AssetError::OutOfRange {
+            what: self.what,
+            value,
+            limit: MAX_STEPS * self.step,
+        })
+    }
+
+    fn value(&self, steps: i64) -> Result<f64, AssetError> {
+        let value = self.origin + steps as f64 * self.step;
+        // Reading holds to the same limits as writing, so that what is read can be written.
+        self.steps(value).map(|_| value)
+    }
+}
+
+/// The asset as it comes back from a file: contours, depths and error curve rounded.
+///
+/// # Errors
+/// When a number is too large to be stored or a view's camera is not determined by its eye.
+pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
+    let map = decode(&MapHeader::of(&asset.map), &encode(&asset.map)?)?;
+    let mut rounded = Asset {
+        map,
+        record: asset.record.clone(),
+        hull: asset.hull.clone(),
+        textures: asset.textures.clone(),
+    };
+    for (_, share) in &mut rounded.record.error_curve {
+        *share = f64::from(*share as f32);
+    }
+    Ok(rounded)
+}
+
+pub(super) fn encode(map: &SilhouetteMap) -> Result<Vec<u8>, AssetError> {
+    let header = MapHeader::of(map);
+    header.check()?;
+    let mut out = Encoder::default();
+    out.count(map.views.len());
+    for (v, view) in map.views.iter().enumerate() {
+        check_camera(&header, v, &view.camera)?;
+        for x in view.camera.eye.to_array() {
+            out.double(x);
+        }
+        encode_contours(
+            &mut out,
+            &view.contours,
+            &header.depth_grid(view.camera.eye),
+        )?;
+    }
+    out.count(map.triangles.len());
+    for &index in map.triangles.iter().flatten() {
+        if index as usize >= map.views.len() {
+            return Err(AssetError::NoSuch {
+                what: "view",
+                index: index.into(),
+                count: map.views.len(),
+            });
+        }
+        out.unsigned(index.into());
+    }
+    Ok(out.finish())
+}
+
+fn check_camera(header: &MapHeader, view: usize, camera: &Camera) -> Result<(), AssetError> {
+    let rebuilt = header.camera(view, camera.eye)?;
+    let near = |a: DVec3, b: DVec3| a.distance(b) <= CAMERA_SLACK;
+    let tangent_gap = camera.half_tangent.distance(rebuilt.half_tangent);
+    if near(camera.right, rebuilt.right)
+        && near(camera.up, rebuilt.up)
+        && near(camera.forward, rebuilt.forward)
+        && tangent_gap <= CAMERA_SLACK * rebuilt.half_tangent.x
+        && (camera.width_px, camera.height_px) == (rebuilt.width_px, rebuilt.height_px)
+    {
+        return Ok(());
+    }
+    Err(AssetError::ForeignCamera { view })
+}
+
+fn encode_contours(
+    out: &mut Encoder,
+    contours: &[ViewContour],
+    depth_grid: &Grid,
+) -> Result<(), AssetError> {
+    let mut points = Vec::new();
+    let mut depths = Vec::new();
+    for contour in contours {
+        for p in &contour.points {
+            points.push([POINT_GRID.steps(p.x)?, POINT_GRID.steps(p.y)?]);
+        }
+        for &depth in &contour.depths {
+            depths.push(depth_grid.steps(depth)?);
+        }
+        if !contour.depths.is_empty() && contour.depths.len() != contour.points.len() {
+            return Err(AssetError::Count {
+                what: "depths of a contour",
+                found: contour.depths.len(),
+                expected: contour.points.len(),
+            });
+        }
+    }
+    let all_bits = points.iter().flatten().fold(0, |bits, &q| bits | q);
+    // Every step of at least a pixel is enough: nothing is traced on a coarser grid.
+    let shift = all_bits
+        .trailing_zeros()
+        .min(POINT_STEPS_PER_PX.log2() as u32);
+    out.byte(shift as u8);
+    out.count(contours.len());
+    let (mut points, mut depths) = (points.into_iter(), depths.into_iter());
+    let (mut last_point, mut last_depth) = ([0; 2], 0);
+    for contour in contours {
+        let has_depth = u64::from(!contour.depths.is_empty());
+        out.unsigned((contour.points.len() as u64) << 1 | has_depth);
+        for point in points.by_ref().take(contour.points.len()) {
+            for (axis, last) in point.into_iter().zip(&mut last_point) {
+                out.signed((axis - *last) >> shift);
+                *last = axis;
+            }
+        }
+        for depth in depths.by_ref().take(contour.depths.len()) {
+            out.signed(depth - last_depth);
+            last_depth = depth;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn decode(header: &MapHeader, bytes: &[u8]) -> Result<SilhouetteMap, AssetError> {
+    header.check()?;
+    let mut read = Decoder::new(bytes, PART);
+    let view_count = read.count(VIEW_BYTES)?;
+    let mut views = Vec::with_capacity(view_count);
+    for v in 0..view_count {
+        let eye = DVec3::new(read.double()?, read.double()?, read.double()?);
+        let camera = header.camera(v, eye)?;
+        let contours = decode_contours(&mut read, &header.depth_grid(eye))?;
+        views.push(CapturedView { camera, contours });
+    }
+    let triangle_count = read.count(TRIANGLE_BYTES)?;
+    let mut triangles = Vec::with_capacity(triangle_count);
+    for _ in 0..triangle_count {
+        let mut view = || read.index("view", view_count);
+        triangles.push([view()?, view()?, view()?]);
+    }
+    read.finish()?;
+    Ok(SilhouetteMap {
+        center: header.center,
+        radius: header.radius,
+        resolution_px: header.resolution_px,
+        tolerance_px: header.tolerance_px,
+        coverage: header.coverage,
+        views,
+        triangles,
+    })
+}
+
+fn decode_contours(
+    read: &mut Decoder<'_>,
+    depth_grid: &Grid,
+) -> Result<Vec<ViewContour>, AssetError> {
+    let shift = read.byte()?;
+    let contour_count = read.count(CONTOUR_BYTES)?;
+    let mut contours = Vec::with_capacity(contour_count);
+    let (mut point, mut depth) = ([0_i64; 2], 0_i64);
+    for _ in 0..contour_count {
+        let folded = read.unsigned()?;
+        let has_depth = folded & 1 == 1;
+        let point_count = read.check_room(folded >> 1, POINT_BYTES + usize::from(has_depth))?;
+        let mut contour = ViewContour::default();
+        contour.points.reserve_exact(point_count);
+        for _ in 0..point_count {
+            let mut coordinates = [0.0; 2];
+            for (axis, coordinate) in point.iter_mut().zip(&mut coordinates) {
+                let difference = read.signed()?.checked_shl(shift.into()).unwrap_or(0);
+                *axis = axis.wrapping_add(difference);
+                *coordinate = POINT_GRID.value(*axis)?;
+            }
+            contour.points.push(DVec2::from_array(coordinates));
+        }
+        if has_depth {
+            contour.depths.reserve_exact(point_count);
+            for _ in 0..point_count {
+                depth = depth.wrapping_add(read.signed()?);
+                contour.depths.push(depth_grid.value(depth)?);
+            }
+        }
+        contours.push(contour);
+    }
+    Ok(contours)
+}

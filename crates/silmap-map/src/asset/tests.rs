@@ -1,0 +1,379 @@
+//! Random assets through the whole file format, and files that somebody broke.
+
+use glam::{DVec2, DVec3};
+use proptest::prelude::*;
+use silmap_geometry::{Camera, CoverageRule};
+
+use super::*;
+use crate::{CapturedView, ViewContour};
+
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\nnot really";
+const JPEG: &[u8] = b"\xff\xd8\xffnot really";
+
+fn picture(is_png: bool, tail: u8) -> EncodedImage {
+    let (mime_type, start) = match is_png {
+        true => ("image/png", PNG),
+        false => ("image/jpeg", JPEG),
+    };
+    let mut bytes = start.to_vec();
+    bytes.push(tail);
+    EncodedImage {
+        mime_type: mime_type.into(),
+        bytes,
+    }
+}
+
+/// Coordinates that hurt: whole pixels, sixteenths, halves of sixteenths, far outside, huge.
+fn any_coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => (-8_i32..520).prop_map(f64::from),
+        4 => (-128_i32..9000).prop_map(|q| f64::from(q) / 16.0),
+        2 => (0_i32..16_384).prop_map(|q| f64::from(q) / 32.0),
+        2 => -10.0..600.0_f64,
+        1 => -1e9..1e9_f64,
+    ]
+}
+
+fn any_contour() -> impl Strategy<Value = ViewContour> {
+    let vertex = (any_coordinate(), any_coordinate(), -3.0..12.0_f64);
+    (prop::collection::vec(vertex, 0..20), any::<bool>()).prop_map(|(vertices, has_depth)| {
+        ViewContour {
+            points: vertices.iter().map(|v| DVec2::new(v.0, v.1)).collect(),
+            depths: match has_depth {
+                true => vertices.iter().map(|v| v.2).collect(),
+                false => Vec::new(),
+            },
+        }
+    })
+}
+
+prop_compose! {
+    fn any_map()(
+        center in prop::array::uniform3(-100.0..100.0_f64),
+        radius in prop_oneof![Just(1.0), 1e-6..1e6_f64],
+        resolution_px in 1_u32..2000,
+        any_coverage: bool,
+        tolerance_px in 0.0..2.0_f64,
+        views in prop::collection::vec(
+            (prop::array::uniform3(-1.0..1.0_f64), prop::collection::vec(any_contour(), 0..6)),
+            0..8,
+        ),
+        triangles in prop::collection::vec(any::<[u32; 3]>(), 0..10),
+    ) -> SilhouetteMap {
+        let center = DVec3::from_array(center);
+        let views: Vec<_> = views
+            .into_iter()
+            .map(|(direction, contours)| {
+                let direction = DVec3::from_array(direction).try_normalize().unwrap_or(DVec3::X);
+                let eye = center + direction * (3.0 * radius);
+                let size = (resolution_px, resolution_px);
+                let camera = Camera::fit_sphere(eye, center, radius, None, size).unwrap();
+                CapturedView { camera, contours }
+            })
+            .collect();
+        let count = views.len() as u32;
+        SilhouetteMap {
+            center,
+            radius,
+            resolution_px,
+            tolerance_px,
+            coverage: if any_coverage { CoverageRule::Any } else { CoverageRule::Center },
+            triangles: match count {
+                0 => Vec::new(),
+                _ => triangles.into_iter().map(|t| t.map(|v| v % count)).collect(),
+            },
+            views,
+        }
+    }
+}
+
+prop_compose! {
+    fn any_hull()(
+        positions in prop::collection::vec(prop::array::uniform3(-4.0..4.0_f32), 1..20),
+        faces in prop::collection::vec(any::<[u32; 3]>(), 1..20),
+        has_points: bool,
+        volume_ratio in 1.0..2.0_f64,
+    ) -> CoarseHull {
+        let count = positions.len() as u32;
+        CoarseHull {
+            faces: faces.into_iter().map(|f| f.map(|v| v % count)).collect(),
+            surface_points: match has_points {
+                true => positions.iter().map(|p| p.map(|x| x * 0.9)).collect(),
+                false => Vec::new(),
+            },
+            positions,
+            volume_ratio,
+        }
+    }
+}
+
+fn any_texture_view() -> impl Strategy<Value = TextureView> {
+    (1_u32..2000, 1_u32..2000, any::<bool>(), any::<u8>()).prop_map(|(w, h, is_png, tail)| {
+        let eye = DVec3::new(f64::from(tail) + 2.0, 1.0, 0.3);
+        TextureView {
+            camera: Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (w, h)).unwrap(),
+            image: picture(is_png, tail),
+        }
+    })
+}
+
+prop_compose! {
+    fn any_asset()(
+        map in any_map(),
+        hull in any_hull(),
+        views in prop::collection::vec(any_texture_view(), 0..12),
+        has_bits: bool,
+        bits: u64,
+        uvs in proptest::option::of(prop::array::uniform2(0.0..1.0_f32)),
+        name in ".{0,12}",
+        options in "[\"\\\\a:]{0,12}|\"checksum\":\"00000000\"",
+        numbers: (u64, u64, u32, u32),
+        error_curve in prop::collection::vec((any::<u32>(), 0.0..1.0_f64), 0..5),
+    ) -> Asset {
+        let face_count = hull.faces.len();
+        let used = (1_u64 << views.len()) - 1;
+        Asset {
+            record: BuildRecord {
+                name,
+                model_faces: numbers.0,
+                model_vertices: numbers.1,
+                model_crc32: numbers.2,
+                captured_views: numbers.3,
+                error_curve,
+                generator: "silmap test".into(),
+                options,
+            },
+            map,
+            textures: TextureSet {
+                visible_views: match has_bits {
+                    true => (0..face_count as u32).map(|f| bits.rotate_left(f) & used).collect(),
+                    false => Vec::new(),
+                },
+                views,
+                atlas: uvs.map(|[u, v]| Atlas {
+                    image: picture(true, 7),
+                    size_px: [64, 32],
+                    // Some corners share a coordinate, others do not.
+                    corner_uvs: (0..face_count)
+                        .map(|f| [[u, v], [v, u], [u, (f % 3) as f32]])
+                        .collect(),
+                }),
+            },
+            hull,
+        }
+    }
+}
+
+/// The largest moves of a contour coordinate (pixels) and of a depth (radii), and whether all else is the same.
+fn largest_moves(before: &SilhouetteMap, after: &SilhouetteMap) -> (f64, f64, bool) {
+    let (mut pixels, mut radii) = (0.0_f64, 0.0_f64);
+    let mut moved_back = after.clone();
+    for (a, b) in before.views.iter().zip(&mut moved_back.views) {
+        for (a, b) in a.contours.iter().zip(&mut b.contours) {
+            for (p, q) in a.points.iter().zip(&mut b.points) {
+                pixels = pixels.max((*p - *q).abs().max_element());
+                *q = *p;
+            }
+            for (d, e) in a.depths.iter().zip(&mut b.depths) {
+                radii = radii.max((d - *e).abs() / before.radius);
+                *e = *d;
+            }
+        }
+    }
+    (pixels, radii, &moved_back == before)
+}
+
+proptest! {
+    #[test]
+    fn an_asset_survives_the_file(asset in any_asset()) {
+        // Depths of a tiny radius can be too many steps away: then writing says so, and nothing else is to be seen.
+        let file = match write(&asset) {
+            Err(AssetError::OutOfRange { what: "depth", .. }) => return Ok(()),
+            other => other.unwrap(),
+        };
+        let back = read(&file).unwrap();
+        let rounded = quantise(&asset).unwrap();
+        prop_assert_eq!(&back, &rounded);
+        prop_assert_eq!(&quantise(&back).unwrap(), &back);
+        prop_assert_eq!(&write(&back).unwrap(), &file);
+        prop_assert_eq!(&write(&rounded).unwrap(), &file);
+
+        prop_assert_eq!(&back.hull, &asset.hull);
+        prop_assert_eq!(&back.textures, &asset.textures);
+        let (pixels, radii, is_same) = largest_moves(&asset.map, &back.map);
+        let slack = 1e-6;
+        prop_assert!(pixels <= 0.5 / POINT_STEPS_PER_PX + slack, "{pixels} px");
+        prop_assert!(radii <= 0.5 / DEPTH_STEPS_PER_RADIUS + slack, "{radii} R");
+        prop_assert!(is_same);
+        for (a, b) in asset.record.error_curve.iter().zip(&back.record.error_curve) {
+            prop_assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-7);
+        }
+
+        let parts = sizes(&file).unwrap();
+        prop_assert_eq!(parts.total, file.len() as u64);
+        prop_assert!(parts.map + parts.hull + parts.textures < parts.total);
+    }
+
+    #[test]
+    fn broken_bytes_are_noticed(
+        asset in any_asset(),
+        at in any::<prop::sample::Index>(),
+        change in 1_u8..=255,
+        cut in any::<prop::sample::Index>(),
+    ) {
+        if let Ok(mut file) = write(&asset) {
+            prop_assert!(read(&file[..cut.index(file.len())]).is_err());
+            let at = at.index(file.len());
+            file[at] ^= change;
+            prop_assert!(read(&file).is_err(), "byte {at}");
+            prop_assert!(sizes(&file).is_err(), "byte {at}");
+        }
+    }
+
+    /// The checksum made to fit the broken bytes: the checks behind it must hold by themselves.
+    #[test]
+    fn nothing_behind_the_checksum_panics(
+        asset in any_asset(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        if let Ok(mut file) = write(&asset) {
+            for (at, byte) in changes {
+                // Past the headers, or the chunks are not found and nothing is tested.
+                let range = 20..file.len();
+                let at = range.start + at.index(range.len());
+                file[at] = byte;
+            }
+            container::seal(&mut file);
+            if let Ok(read_back) = read(&file) {
+                // What was let in can be written.
+                prop_assert!(write(&read_back).is_ok(), "{:?}", write(&read_back));
+            }
+            let _ = sizes(&file);
+        }
+    }
+
+    #[test]
+    fn any_bytes_are_no_asset(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        prop_assert!(read(&bytes).is_err());
+    }
+}
+
+fn small_asset() -> Asset {
+    let camera = |x: f64| {
+        Camera::fit_sphere(DVec3::new(x, 1.0, 2.5), DVec3::ZERO, 1.0, None, (512, 512)).unwrap()
+    };
+    let contour = ViewContour {
+        points: vec![
+            DVec2::new(10.0, 10.0),
+            DVec2::new(400.0, 20.0),
+            DVec2::new(200.0, 300.0),
+        ],
+        depths: vec![2.5, 2.6, 2.7],
+    };
+    let view = |x| CapturedView {
+        camera: camera(x),
+        contours: vec![contour.clone()],
+    };
+    Asset {
+        record: BuildRecord::default(),
+        map: SilhouetteMap {
+            center: DVec3::ZERO,
+            radius: 1.0,
+            resolution_px: 512,
+            tolerance_px: 0.5,
+            coverage: CoverageRule::Center,
+            views: vec![view(0.0), view(0.5), view(-0.5)],
+            triangles: vec![[0, 1, 2]],
+        },
+        hull: CoarseHull {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            faces: vec![[0, 1, 2]],
+            surface_points: vec![[0.0; 3]; 3],
+            volume_ratio: 1.0,
+        },
+        textures: TextureSet {
+            views: vec![TextureView {
+                camera: camera(1.0),
+                image: picture(false, 1),
+            }],
+            visible_views: vec![1],
+            atlas: None,
+        },
+    }
+}
+
+#[test]
+fn every_cut_and_every_flipped_byte_is_noticed() {
+    let file = write(&small_asset()).unwrap();
+    for length in 0..file.len() {
+        assert!(read(&file[..length]).is_err(), "cut to {length}");
+    }
+    let mut longer = file.clone();
+    longer.push(0);
+    assert!(read(&longer).is_err());
+    for at in 0..file.len() {
+        for mask in [1, 0x20, 0x80, 0xff] {
+            let mut broken = file.clone();
+            broken[at] ^= mask;
+            assert!(read(&broken).is_err(), "byte {at} ^ {mask}");
+        }
+    }
+}
+
+#[test]
+fn refusals_name_their_reason() {
+    assert!(matches!(read(b""), Err(AssetError::NotGlb { .. })));
+    assert!(matches!(
+        read(b"solid torus"),
+        Err(AssetError::NotGlb { .. })
+    ));
+    let plain = container::join(r#"{"asset":{"version":"2.0"}}"#, &[]).unwrap();
+    assert_eq!(read(&plain), Err(AssetError::NoSilhouetteMap));
+
+    let file = write(&small_asset()).unwrap();
+    let key = b"\"formatVersion\":";
+    let at = file.windows(key.len()).position(|w| w == key).unwrap() + key.len();
+    let mut newer = file.clone();
+    newer[at] = b'7';
+    container::seal(&mut newer);
+    assert_eq!(
+        read(&newer),
+        Err(AssetError::UnknownVersion { found: 7, known: 1 })
+    );
+
+    let mut damaged = file;
+    let last = damaged.len() - 30;
+    damaged[last] ^= 1;
+    assert!(matches!(read(&damaged), Err(AssetError::Damaged { .. })));
+}
+
+#[test]
+fn what_contradicts_itself_is_not_written() {
+    type Break = fn(&mut Asset);
+    let breaks: [(&str, Break); 12] = [
+        ("no hull", |a| a.hull.faces.clear()),
+        ("face index", |a| a.hull.faces[0][1] = 3),
+        ("hull number", |a| a.hull.positions[0][0] = f32::NAN),
+        ("surface points", |a| a.hull.surface_points.truncate(1)),
+        ("triangle", |a| a.map.triangles[0][2] = 3),
+        ("depth count", |a| {
+            a.map.views[0].contours[0].depths.truncate(2);
+        }),
+        ("NaN in a contour", |a| {
+            a.map.views[0].contours[0].points[0].x = f64::NAN;
+        }),
+        ("foreign camera", |a| {
+            a.map.views[0].camera.half_tangent *= 1.1;
+        }),
+        ("visibility", |a| a.textures.visible_views[0] = 2),
+        ("visibility count", |a| a.textures.visible_views.push(0)),
+        ("picture", |a| a.textures.views[0].image.bytes[0] = 0),
+        ("frame", |a| a.textures.views[0].camera.up *= 2.0),
+    ];
+    assert!(write(&small_asset()).is_ok());
+    for (what, break_it) in breaks {
+        let mut asset = small_asset();
+        break_it(&mut asset);
+        assert!(write(&asset).is_err(), "{what}");
+    }
+}

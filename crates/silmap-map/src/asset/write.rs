@@ -1,0 +1,103 @@
+//! From an asset to the bytes of a `.glb`.
+
+use super::container::{self, CHECKSUM_BLANK};
+use super::document::{
+    AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
+    TexturePart,
+};
+use super::{Asset, AssetError, EncodedImage, hull_mesh, paint, silhouettes};
+
+/// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
+///
+/// # Errors
+/// When the asset contradicts itself (counts, indices, cameras), has no hull, holds numbers that are not finite or too
+/// large, or pictures that are neither PNG nor JPEG.
+pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
+    let Asset {
+        record,
+        map,
+        hull,
+        textures,
+    } = asset;
+    let mut document = Document::default();
+
+    let arrays = hull_mesh::unweld(hull, textures.atlas.as_ref())?;
+    let atlas = match &textures.atlas {
+        Some(atlas) => {
+            check_picture(&atlas.image, "of the atlas")?;
+            Some(AtlasPart {
+                image: document.push_image(&atlas.image, "atlas"),
+                size: atlas.size_px,
+            })
+        }
+        None => None,
+    };
+    document.set_mesh(&arrays, atlas.as_ref().map(|a| a.image));
+    let mut images = Vec::with_capacity(textures.views.len());
+    for (v, view) in textures.views.iter().enumerate() {
+        check_picture(&view.image, "of a texture view")?;
+        images.push(document.push_image(&view.image, &format!("view {v}")));
+    }
+
+    if !hull.volume_ratio.is_finite() {
+        return Err(AssetError::OutOfRange {
+            what: "volume ratio",
+            value: hull.volume_ratio,
+            limit: f64::MAX,
+        });
+    }
+    let buffers = &mut document.buffers;
+    let extension = Extension {
+        format_version: FORMAT_VERSION,
+        checksum: CHECKSUM_BLANK.into(),
+        model: ModelPart {
+            name: record.name.clone(),
+            faces: record.model_faces,
+            vertices: record.model_vertices,
+            crc32: record.model_crc32,
+        },
+        build: BuildPart {
+            generator: record.generator.clone(),
+            options: record.options.clone(),
+            captured_views: record.captured_views,
+            error_curve_view: buffers.push(&paint::encode_curve(&record.error_curve)?),
+        },
+        map: MapPart {
+            center: map.center.to_array(),
+            radius: map.radius,
+            resolution: map.resolution_px,
+            tolerance: map.tolerance_px,
+            coverage: map.coverage.into(),
+            silhouettes_view: buffers.push(&silhouettes::encode(map)?),
+        },
+        hull: HullPart {
+            volume_ratio: hull.volume_ratio,
+            vertices_view: buffers.push(&hull_mesh::encode(hull, &arrays)),
+        },
+        textures: TexturePart {
+            images,
+            cameras_view: buffers.push(&paint::encode(textures, hull.faces.len())?),
+            atlas,
+        },
+    };
+    let binary = std::mem::take(&mut document.buffers.binary);
+    let mut file = container::join(&document.finish(&extension, binary.len()), &binary)?;
+    container::seal(&mut file);
+    Ok(file)
+}
+
+/// Refuses a picture whose first bytes are not those of its type.
+pub(super) fn check_picture(image: &EncodedImage, what: &'static str) -> Result<(), AssetError> {
+    let signature: &[u8] = match image.mime_type.as_str() {
+        "image/png" => b"\x89PNG\r\n\x1a\n",
+        "image/jpeg" => b"\xff\xd8\xff",
+        _ => b"",
+    };
+    if !signature.is_empty() && image.bytes.starts_with(signature) {
+        return Ok(());
+    }
+    Err(AssetError::NotAPicture {
+        what,
+        mime_type: image.mime_type.clone(),
+    })
+}
