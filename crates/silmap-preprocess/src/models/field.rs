@@ -18,3 +18,16 @@ pub(super) fn smooth_min(a: f64, b: f64, width: f64) -> f64 {
     let overlap = (width - (a - b).abs()).max(0.0) / width;
     a.min(b) - overlap * overlap * width * 0.25
 }
+
+/// Nearly the signed distance to an ellipsoid about the origin with the given half-axes: exact on its surface, right
+/// slope there.
+///
+/// Source: Quilez. Ellipsoid distance functions, the bound k₀(k₀−1)/k₁.
+pub(super) fn ellipsoid_distance(point: DVec3, radii: DVec3) -> f64 {
+    let k0 = (point / radii).length();
+    let k1 = (point / (radii * radii)).length();
+    if k1 == 0.0 {
+        return -radii.min_element();
+    }
+    k0 * (k0 - 1.0) / k1
+}

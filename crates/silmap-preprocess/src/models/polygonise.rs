@@ -25,10 +25,25 @@ pub(super) trait Field: Sync {
     /// A bound of the field's slope.
     fn slope_bound(&self) -> f64;
 
+    /// How short edges should be near a point of the surface, as a factor.
+    fn fineness(&self, _point: DVec3) -> f64 {
+        1.0
+    }
+
     /// The field's gradient, by differences over `step`.
     fn gradient(&self, point: DVec3, step: f64) -> DVec3 {
-        let along = |axis: DVec3| self.value(point + axis * step) - self.value(point - axis * step);
-        DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)) / (2.0 * step)
+        // The corners of a tetrahedron: four values do.
+        let corners = [
+            DVec3::new(1.0, -1.0, -1.0),
+            DVec3::new(-1.0, -1.0, 1.0),
+            DVec3::new(-1.0, 1.0, -1.0),
+            DVec3::ONE,
+        ];
+        let sum: DVec3 = corners
+            .iter()
+            .map(|&c| c * self.value(point + c * step))
+            .sum();
+        sum / (4.0 * step)
     }
 }
 

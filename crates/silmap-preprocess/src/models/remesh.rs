@@ -42,7 +42,7 @@ const DEAD: u32 = u32::MAX;
 ///
 /// Stops above `faces` when no edge can be collapsed without harm; a mesh that has fewer faces keeps its count.
 pub(super) fn remesh(mesh: &TriangleMesh, field: &impl Field, faces: usize) -> TriangleMesh {
-    let mut table = HalfedgeTable::new(mesh);
+    let mut table = HalfedgeTable::new(mesh, field);
     let wanted = faces - faces % 2;
     let surface = Surface {
         field,
@@ -80,29 +80,30 @@ struct Surface<'a, F> {
 }
 
 impl<F: Field> Surface<'_, F> {
-    fn project(&self, start: DVec3) -> DVec3 {
+    /// The surface's point near `start`, and its unit normal there.
+    fn project(&self, start: DVec3) -> (DVec3, DVec3) {
         let mut p = start;
+        let mut gradient = DVec3::ZERO;
         for _ in 0..NEWTON_STEPS {
-            let gradient = self.field.gradient(p, self.step);
+            gradient = self.field.gradient(p, self.step);
             let squared = gradient.length_squared();
             if squared > 0.0 {
                 p -= (gradient * (self.field.value(p) / squared)).clamp_length_max(self.reach);
             }
         }
+        let normal = gradient.normalize_or_zero();
         if p.distance(start) <= self.reach {
-            p
+            (p, normal)
         } else {
-            start
+            (start, normal)
         }
-    }
-
-    fn normal(&self, at: DVec3) -> DVec3 {
-        self.field.gradient(at, self.step).normalize_or_zero()
     }
 }
 
 struct HalfedgeTable {
     positions: Vec<DVec3>,
+    /// Per vertex: [`Field::fineness`] there.
+    fineness: Vec<f64>,
     /// Per halfedge: the vertex it leaves; `DEAD` for halfedges of removed faces.
     vertex: Vec<u32>,
     twin: Vec<u32>,
@@ -136,10 +137,15 @@ fn faces_along(triangle: [DVec3; 3], normal: DVec3) -> bool {
 }
 
 impl HalfedgeTable {
-    fn new(mesh: &TriangleMesh) -> Self {
+    fn new(mesh: &TriangleMesh, field: &impl Field) -> Self {
         let vertex: Vec<u32> = mesh.faces.iter().flatten().copied().collect();
         let mut table = Self {
             positions: mesh.positions.clone(),
+            fineness: mesh
+                .positions
+                .par_iter()
+                .map(|&p| field.fineness(p))
+                .collect(),
             twin: vec![DEAD; vertex.len()],
             leaving: vec![DEAD; mesh.positions.len()],
             live_faces: mesh.faces.len(),
@@ -198,6 +204,14 @@ impl HalfedgeTable {
         })
     }
 
+    /// Squared length in units of the fineness wanted.
+    fn cost(&self, h: u32) -> u64 {
+        let fineness =
+            0.5 * (self.fineness[self.tail(h) as usize] + self.fineness[self.head(h) as usize]);
+        // Non-negative floats order like their bits, so the queue's order is total.
+        (self.length_squared(h) / (fineness * fineness)).to_bits()
+    }
+
     fn length_squared(&self, h: u32) -> f64 {
         self.at(self.tail(h))
             .distance_squared(self.at(self.head(h)))
@@ -205,29 +219,28 @@ impl HalfedgeTable {
 
     /// Collapses edges, shortest first, until `wanted` faces are left or every edge has been tried; how many.
     fn collapse_short_edges<F: Field>(&mut self, wanted: usize, surface: &Surface<'_, F>) -> usize {
-        // Non-negative floats order like their bits, so the heap's order is total.
         let mut queue: BinaryHeap<Reverse<(u64, u32)>> = (0..self.vertex.len() as u32)
             .filter(|&h| self.is_live(h) && h < self.twin[h as usize])
-            .map(|h| Reverse((self.length_squared(h).to_bits(), h)))
+            .map(|h| Reverse((self.cost(h), h)))
             .collect();
         let mut collapsed = 0;
         while self.live_faces > wanted {
             let Some(Reverse((key, h))) = queue.pop() else {
                 break;
             };
-            if !self.is_live(h) || self.length_squared(h).to_bits() != key {
+            if !self.is_live(h) || self.cost(h) != key {
                 continue;
             }
             let (from, to) = (self.tail(h), self.head(h));
-            let middle = surface.project(0.5 * (self.at(from) + self.at(to)));
-            if !self.can_collapse(h, middle, surface.normal(middle)) {
+            let (middle, normal) = surface.project(0.5 * (self.at(from) + self.at(to)));
+            if !self.can_collapse(h, middle, normal) {
                 continue;
             }
             let start = self.collapse(h, middle);
             collapsed += 1;
             for k in self.around(start) {
                 let edge = k.min(self.twin[k as usize]);
-                queue.push(Reverse((self.length_squared(edge).to_bits(), edge)));
+                queue.push(Reverse((self.cost(edge), edge)));
             }
         }
         collapsed
@@ -364,8 +377,7 @@ impl HalfedgeTable {
         }
         let normal = normal.normalize_or_zero();
         let step = (middle / area - p) * RELAXATION;
-        let target = surface.project(p + step - normal * step.dot(normal));
-        let surface_normal = surface.normal(target);
+        let (target, surface_normal) = surface.project(p + step - normal * step.dot(normal));
         let fits = self.around(self.leaving[v]).all(|k| {
             let before = self.face_points(k);
             let after = [target, before[1], before[2]];
