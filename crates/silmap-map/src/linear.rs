@@ -12,8 +12,8 @@ use crate::loops::FlatLoops;
 use crate::span::{Cuts, SpanScratch};
 use crate::sweep::{Interval, Sweep, merge_heights};
 
-/// Rectified coordinates are tangents: this is about a thousandth of a pixel of a 512² capture.
-const SLACK_TANGENT: Slack = Slack(1e-6);
+/// Rectified coordinates are tangents: this is about a hundredth of a pixel of a 512² capture.
+const SLACK_TANGENT: Slack = Slack(1e-5);
 
 /// How the pairs of intervals that may hold geometry are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

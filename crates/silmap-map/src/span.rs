@@ -5,7 +5,7 @@
 //! are kept. All pairs give the image of the two-view visual hull; cliques keep fewer.
 
 use crate::connect::Connector;
-use crate::sweep::{Interval, Side};
+use crate::sweep::{Interval, Side, insertion_sort};
 
 /// Where the intervals of two views are cut into cliques: cliques end before interval `.0` of the first view and `.1` of the
 /// second. Pairs are kept within a clique only.
@@ -58,6 +58,11 @@ impl SpanScratch {
 
     /// Adds the union of `self.pairs` to `output`, splitting the slab where its structure changes (where pants open).
     fn push_union(&mut self, (y_top, y_bottom): (f64, f64), output: &mut Connector) {
+        self.unite_at(0.5);
+        if self.is_uniform() {
+            output.push((y_top, y_bottom), &self.union, (0.0, 1.0));
+            return;
+        }
         find_splits(&self.pairs, &mut self.splits);
         let mut from = 0.0;
         let mut y_from = y_top;
@@ -72,14 +77,18 @@ impl SpanScratch {
         }
     }
 
+    /// Whether `self.union`, found half-way, is the union on the whole slab.
+    fn is_uniform(&self) -> bool {
+        let at = |end: fn(Side) -> f64| is_uniform_at(&self.pairs, &self.order, &self.union, end);
+        at(|side| side.top) && at(|side| side.bottom)
+    }
+
     /// Writes the union of the pairs, as it is at a share of the slab where no sides cross, to `self.union`.
     fn unite_at(&mut self, share: f64) {
         let pairs = &self.pairs;
         self.order.clear();
         self.order.extend(0..pairs.len() as u32);
-        let enter = |k: u32| pairs[k as usize].enter.at(share);
-        self.order
-            .sort_unstable_by(|&a, &b| enter(a).total_cmp(&enter(b)).then(a.cmp(&b)));
+        insertion_sort(&mut self.order, |&k| pairs[k as usize].enter.at(share));
         self.union.clear();
         for &k in &self.order {
             let pair = pairs[k as usize];
@@ -93,6 +102,40 @@ impl SpanScratch {
             }
         }
     }
+}
+
+/// Whether the parts of the union that were found half-way are those of both borders too. May say no where they are, never
+/// yes where they are not.
+fn is_uniform_at(
+    pairs: &[Interval],
+    order: &[u32],
+    union: &[Interval],
+    end: impl Fn(Side) -> f64,
+) -> bool {
+    let mut reached = f64::NEG_INFINITY;
+    let mut parts = union.iter();
+    let Some(mut part) = parts.next() else {
+        return true;
+    };
+    for &k in order {
+        let pair = pairs[k as usize];
+        if pair.enter.at(0.5) > part.exit.at(0.5) {
+            if reached != end(part.exit) {
+                return false;
+            }
+            match parts.next() {
+                Some(next) if end(next.enter) >= reached => part = next,
+                _ => return false,
+            }
+            reached = f64::NEG_INFINITY;
+        }
+        let connected = reached == f64::NEG_INFINITY || end(pair.enter) <= reached;
+        if !connected || end(pair.enter) < end(part.enter) {
+            return false;
+        }
+        reached = reached.max(end(pair.exit));
+    }
+    reached == end(part.exit)
 }
 
 /// The shares of the slab, ascending, at which any two sides of different intervals cross.

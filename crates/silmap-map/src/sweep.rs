@@ -172,7 +172,7 @@ impl Sweep {
 }
 
 /// Sorts a short, almost sorted list by a key; equal keys keep their order.
-fn insertion_sort<T: Copy>(items: &mut [T], key: impl Fn(&T) -> f64) {
+pub(crate) fn insertion_sort<T: Copy>(items: &mut [T], key: impl Fn(&T) -> f64) {
     for i in 1..items.len() {
         let item = items[i];
         let k = key(&item);
@@ -187,12 +187,22 @@ fn insertion_sort<T: Copy>(items: &mut [T], key: impl Fn(&T) -> f64) {
 
 /// Merges sorted lists of heights into one without repetitions.
 pub(crate) fn merge_heights(lists: &[&[f64]], merged: &mut Vec<f64>) {
+    const MOST: usize = 3;
+    debug_assert!(lists.len() <= MOST, "at most three lists are merged");
     merged.clear();
-    for list in lists {
-        merged.extend_from_slice(list);
+    let mut next = [0_usize; MOST];
+    loop {
+        let heads = lists.iter().zip(&next).filter_map(|(list, &n)| list.get(n));
+        let Some(&lowest) = heads.min_by(|a, b| a.total_cmp(b)) else {
+            return;
+        };
+        for (list, n) in lists.iter().zip(&mut next) {
+            while list.get(*n).is_some_and(|head| head.total_cmp(&lowest).is_le()) {
+                *n += 1;
+            }
+        }
+        merged.push(lowest);
     }
-    merged.sort_unstable_by(f64::total_cmp);
-    merged.dedup();
 }
 
 #[cfg(test)]

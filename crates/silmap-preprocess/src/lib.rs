@@ -1,9 +1,12 @@
 //! From a mesh to an asset: every stage of the paper's preprocess (section 3), each in its own room.
 
 pub mod capture;
+pub mod dense_map;
+pub mod evaluate;
 pub mod models;
 pub mod progress;
 pub mod simplify_contour;
+pub mod simplify_map;
 pub mod trace;
 
 pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};

@@ -1,0 +1,294 @@
+//! How wrong the interpolated silhouette is: misclassified and escaped pixels over test viewpoints.
+//!
+//! Source: Silhouette Mapping, section 9 and figure 11: pixels whose inside or outside is wrong, divided by the pixels
+//! inside the true silhouette. "Escaped" are those inside the true silhouette that are predicted outside: what breaks
+//! conservativeness.
+
+use glam::DVec3;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use silmap_geometry::polygon::fill_even_odd;
+use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_map::{InterpolateError, Method, Polytope, PolytopeError, Scratch, SilhouetteMap};
+use thiserror::Error;
+
+use crate::capture::CaptureError;
+use crate::capture::cpu::rasterise;
+use crate::progress::{Interrupted, Monitor, Stage};
+
+/// Where the test viewpoints lie, along random directions from the center.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Place {
+    /// Where the ray meets the polytope: the paper's interpolation without its homography.
+    #[default]
+    Polytope,
+    /// On the sphere of the captured views.
+    Sphere,
+    /// At distances log-uniform in 1.5R…10R.
+    Shell,
+}
+
+impl Place {
+    /// The name users type.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Polytope => "polytope",
+            Self::Sphere => "sphere",
+            Self::Shell => "shell",
+        }
+    }
+}
+
+/// Nearest and farthest eye of [`Place::Shell`], in radii of the bounding sphere.
+const SHELL_RADII: (f64, f64) = (1.5, 10.0);
+
+/// What is measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EvaluateParams {
+    /// Number of test viewpoints.
+    pub viewpoints: u32,
+    /// Seed of their directions.
+    pub seed: u64,
+    /// Where they lie.
+    pub place: Place,
+    /// The methods to measure.
+    pub methods: Vec<Method>,
+    /// Side of the square test images, pixels.
+    pub size_px: u32,
+}
+
+impl Default for EvaluateParams {
+    fn default() -> Self {
+        Self {
+            viewpoints: 200,
+            seed: 1,
+            place: Place::Polytope,
+            methods: Method::ALL.to_vec(),
+            size_px: 512,
+        }
+    }
+}
+
+/// Errors at one viewpoint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewpointError {
+    /// The test viewpoint, object space.
+    pub eye: DVec3,
+    /// How the silhouette was interpolated.
+    pub method: Method,
+    /// Misclassified pixels over pixels inside.
+    pub misclassified: f64,
+    /// Escaped pixels over pixels inside.
+    pub escaped: f64,
+}
+
+/// Errors of one method over all viewpoints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodErrors {
+    /// The method.
+    pub method: Method,
+    /// Mean misclassified share.
+    pub misclassified_mean: f64,
+    /// Median misclassified share.
+    pub misclassified_median: f64,
+    /// Largest misclassified share.
+    pub misclassified_max: f64,
+    /// Mean escaped share.
+    pub escaped_mean: f64,
+    /// Largest escaped share.
+    pub escaped_max: f64,
+}
+
+/// Why errors cannot be measured.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum EvaluateError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// The map is not a star-shaped polytope.
+    #[error(transparent)]
+    Polytope(#[from] PolytopeError),
+    /// A test camera cannot be made.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// The model cannot be drawn from a test viewpoint.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// The silhouette cannot be interpolated.
+    #[error(transparent)]
+    Interpolate(#[from] InterpolateError),
+    /// Nothing was asked for.
+    #[error("no viewpoint or no method to evaluate")]
+    Nothing,
+}
+
+/// The test viewpoints: the same for the same seed, whatever is measured at them.
+///
+/// # Errors
+/// When the map is not a star-shaped polytope.
+pub fn viewpoints(
+    map: &SilhouetteMap,
+    params: &EvaluateParams,
+) -> Result<Vec<DVec3>, PolytopeError> {
+    let polytope = Polytope::new(map)?;
+    let mut random = ChaCha8Rng::seed_from_u64(params.seed);
+    let sphere = map
+        .views
+        .first()
+        .map_or(3.0 * map.radius, |v| v.camera.eye.distance(map.center));
+    let eyes = (0..params.viewpoints).map(|_| {
+        let z = random.random_range(-1.0..1.0_f64);
+        let (sin, cos) = random.random_range(0.0..std::f64::consts::TAU).sin_cos();
+        let share = random.random_range(0.0..1.0_f64);
+        let direction = DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
+        match params.place {
+            Place::Polytope => polytope
+                .locate(map.center + direction, 0)
+                .map_or(map.center, |at| at.point),
+            Place::Sphere => map.center + direction * sphere,
+            Place::Shell => {
+                let (near, far) = SHELL_RADII;
+                map.center + direction * (map.radius * near * (far / near).powf(share))
+            }
+        }
+    });
+    Ok(eyes.collect())
+}
+
+/// Misclassified and escaped shares of a prediction against the true mask.
+#[must_use]
+pub fn compare(predicted: &Mask, truth: &Mask) -> (f64, f64) {
+    let inside = truth.count().max(1) as f64;
+    (
+        predicted.count_different(truth) as f64 / inside,
+        truth.count_missing_in(predicted) as f64 / inside,
+    )
+}
+
+/// Measures the interpolated silhouettes of `map` against pictures of `model`: per viewpoint, in their order and that of
+/// the methods.
+///
+/// # Errors
+/// When interrupted, when nothing is asked for, or when the map is broken.
+pub fn evaluate(
+    map: &SilhouetteMap,
+    model: &TriangleMesh,
+    params: &EvaluateParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<ViewpointError>, EvaluateError> {
+    if params.viewpoints == 0 || params.methods.is_empty() {
+        return Err(EvaluateError::Nothing);
+    }
+    let eyes = viewpoints(map, params)?;
+    let prepared = Scratch::new(map)?;
+    monitor.start(Stage::Evaluate, eyes.len() as u64);
+    let size = (params.size_px, params.size_px);
+    let per_eye: Vec<Vec<ViewpointError>> = eyes
+        .par_iter()
+        .map_init(
+            || {
+                (
+                    prepared.clone(),
+                    Mask::new(size.0, size.1),
+                    Mask::new(size.0, size.1),
+                )
+            },
+            |(scratch, truth, predicted), &eye| {
+                monitor.check()?;
+                let camera = Camera::fit_sphere(eye, map.center, map.radius, None, size)?;
+                rasterise(model, &camera, CoverageRule::Center, truth)?;
+                let mut errors = Vec::with_capacity(params.methods.len());
+                for &method in &params.methods {
+                    let outline = silmap_map::outline(map, &camera, method, scratch)?;
+                    fill_even_odd::<&Loop>(outline.simple_loops(), predicted);
+                    let (misclassified, escaped) = compare(predicted, truth);
+                    errors.push(ViewpointError {
+                        eye,
+                        method,
+                        misclassified,
+                        escaped,
+                    });
+                }
+                monitor.advance(Stage::Evaluate, 1);
+                Ok(errors)
+            },
+        )
+        .collect::<Result<_, EvaluateError>>()?;
+    monitor.finish(Stage::Evaluate);
+    Ok(per_eye.into_iter().flatten().collect())
+}
+
+/// Means, medians and extremes of each method, in the order the methods appear.
+#[must_use]
+pub fn summarise(errors: &[ViewpointError]) -> Vec<MethodErrors> {
+    Method::ALL
+        .into_iter()
+        .filter_map(|method| {
+            let mut wrong: Vec<f64> = errors
+                .iter()
+                .filter(|e| e.method == method)
+                .map(|e| e.misclassified)
+                .collect();
+            let escaped: Vec<f64> = errors
+                .iter()
+                .filter(|e| e.method == method)
+                .map(|e| e.escaped)
+                .collect();
+            wrong.sort_by(f64::total_cmp);
+            let count = wrong.len();
+            let misclassified_max = *wrong.last()?;
+            let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
+            Some(MethodErrors {
+                method,
+                misclassified_mean: mean(&wrong),
+                misclassified_median: 0.5 * (wrong[(count - 1) / 2] + wrong[count / 2]),
+                misclassified_max,
+                escaped_mean: mean(&escaped),
+                escaped_max: escaped.iter().copied().fold(0.0, f64::max),
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shifted_silhouette_is_seen() {
+        let (mut truth, mut shifted) = (Mask::new(64, 64), Mask::new(64, 64));
+        for y in 10..30 {
+            truth.set_span(y, 10, 30);
+            shifted.set_span(y, 12, 32);
+        }
+        assert_eq!(compare(&truth, &truth), (0.0, 0.0));
+        assert_eq!(compare(&shifted, &truth), (0.2, 0.1));
+        assert_eq!(compare(&Mask::new(64, 64), &truth), (1.0, 1.0));
+    }
+
+    #[test]
+    fn summaries_are_those_of_the_numbers() {
+        let error = |misclassified: f64, escaped: f64| ViewpointError {
+            eye: DVec3::ZERO,
+            method: Method::Hull,
+            misclassified,
+            escaped,
+        };
+        let summary = summarise(&[
+            error(0.3, 0.0),
+            error(0.1, 0.1),
+            error(0.2, 0.2),
+            error(0.2, 0.1),
+        ]);
+        assert_eq!(summary.len(), 1);
+        let s = summary[0];
+        assert!((s.misclassified_mean - 0.2).abs() < 1e-12 && (s.escaped_mean - 0.1).abs() < 1e-12);
+        assert_eq!(
+            (s.misclassified_median, s.misclassified_max, s.escaped_max),
+            (0.2, 0.3, 0.2)
+        );
+    }
+}

@@ -1,0 +1,118 @@
+//! Predicting an original view's silhouette from three others, and counting the pixels that are wrong.
+
+use glam::DVec3;
+use silmap_geometry::Mask;
+use silmap_geometry::polygon::fill_even_odd;
+use silmap_map::{FlatLoops, Location, Method, SilhouetteMap, TriangleInterpolator};
+
+/// What one view would look like after a collapse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Prediction {
+    /// The original view.
+    pub(super) view: u32,
+    /// Which of the triangles given faces its eye.
+    pub(super) triangle: usize,
+    /// Misclassified pixels over pixels inside the captured silhouette.
+    pub(super) error: f64,
+}
+
+/// Buffers of one thread.
+#[derive(Debug)]
+pub(super) struct PredictScratch {
+    interpolator: TriangleInterpolator,
+    predicted: Mask,
+    layer: Mask,
+}
+
+/// The original views and masks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Predictor<'a> {
+    map: &'a SilhouetteMap,
+    masks: &'a [Mask],
+    method: Method,
+}
+
+impl<'a> Predictor<'a> {
+    pub(super) fn new(map: &'a SilhouetteMap, masks: &'a [Mask], method: Method) -> Self {
+        Self { map, masks, method }
+    }
+
+    pub(super) fn map(&self) -> &'a SilhouetteMap {
+        self.map
+    }
+
+    pub(super) fn scratch(&self) -> PredictScratch {
+        let side = self.map.resolution_px;
+        PredictScratch {
+            interpolator: TriangleInterpolator::default(),
+            predicted: Mask::new(side, side),
+            layer: Mask::new(side, side),
+        }
+    }
+
+    /// Predicts `view` at its own eye from whichever of `triangles` faces it; `None` when these cannot be rectified.
+    pub(super) fn predict(
+        &self,
+        view: u32,
+        triangles: &[[u32; 3]],
+        scratch: &mut PredictScratch,
+    ) -> Option<Prediction> {
+        let eye = self.map.eye(view);
+        let (triangle, weights) = self.facing(eye, triangles)?;
+        let ids = triangles[triangle];
+        let point = (0..3).map(|k| self.map.eye(ids[k]) * weights[k]).sum();
+        let location = Location {
+            triangle: triangle as u32,
+            barycentric: weights,
+            point,
+        };
+        let camera = &self.map.views[view as usize].camera;
+        let views = ids.map(|v| &self.map.views[v as usize]);
+        let layers = scratch
+            .interpolator
+            .interpolate(self.map.center, views, &location, camera, self.method)
+            .ok()?;
+        fill_layers(layers, &mut scratch.predicted, &mut scratch.layer);
+        let truth = &self.masks[view as usize];
+        let wrong = scratch.predicted.count_different(truth);
+        Some(Prediction {
+            view,
+            triangle,
+            error: share(wrong, truth.count()),
+        })
+    }
+
+    /// The triangle whose cone from the center holds `eye` best, and the weights of its corners.
+    fn facing(&self, eye: DVec3, triangles: &[[u32; 3]]) -> Option<(usize, [f64; 3])> {
+        let direction = eye - self.map.center;
+        let mut best: Option<(usize, [f64; 3], f64)> = None;
+        for (t, ids) in triangles.iter().enumerate() {
+            let [a, b, c] = ids.map(|v| self.map.eye(v) - self.map.center);
+            let signs = [
+                direction.dot(b.cross(c)),
+                direction.dot(c.cross(a)),
+                direction.dot(a.cross(b)),
+            ];
+            let sum: f64 = signs.iter().map(|s| s.max(0.0)).sum();
+            let least = signs.iter().copied().fold(f64::INFINITY, f64::min) / sum;
+            if sum > 0.0 && best.is_none_or(|(_, _, most)| least > most) {
+                best = Some((t, signs.map(|s| s.max(0.0) / sum), least));
+            }
+        }
+        best.map(|(t, weights, _)| (t, weights))
+    }
+}
+
+/// Fills the intersection of some regions.
+pub(crate) fn fill_layers(layers: &[FlatLoops], filled: &mut Mask, scratch: &mut Mask) {
+    fill_even_odd(layers[0].iter(), filled);
+    for layer in &layers[1..] {
+        fill_even_odd(layer.iter(), scratch);
+        filled.intersect(scratch);
+    }
+}
+
+/// A count as a share of another; an empty whole counts as one pixel.
+pub(crate) fn share(part: u64, whole: u64) -> f64 {
+    part as f64 / whole.max(1) as f64
+}
