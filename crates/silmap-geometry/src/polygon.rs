@@ -37,17 +37,17 @@ fn row_from(y: f64) -> i64 {
 ///
 /// Crossings toggle a bit and a prefix exclusive-or along each row spreads it, so the cost is that of the crossings and
 /// of the words, with nothing to sort. A centre exactly on an edge belongs to the loop on its right or below.
-pub fn fill_even_odd(loops: &[Loop], mask: &mut Mask) {
+pub fn fill_even_odd<L: AsRef<[DVec2]>>(loops: impl IntoIterator<Item = L>, mask: &mut Mask) {
     mask.clear();
     toggle_edges(loops, mask);
     spread_toggles(mask);
 }
 
 /// Toggles the first pixel right of each crossing of a loop's edges with the rows' centre lines.
-fn toggle_edges(loops: &[Loop], mask: &mut Mask) {
+fn toggle_edges<L: AsRef<[DVec2]>>(loops: impl IntoIterator<Item = L>, mask: &mut Mask) {
     let (width, height) = (f64::from(mask.width()), i64::from(mask.height()));
     for points in loops {
-        for (a, b) in edges(points) {
+        for (a, b) in edges(points.as_ref()) {
             let (top, bottom) = if a.y <= b.y { (a, b) } else { (b, a) };
             let first = row_from(top.y).max(0);
             let last = row_from(bottom.y).min(height);
@@ -91,12 +91,12 @@ fn spread_toggles(mask: &mut Mask) {
 }
 
 /// Sets the pixels about whose centre the loops wind a non-zero number of times; `mask` is overwritten.
-pub fn fill_non_zero(loops: &[Loop], mask: &mut Mask) {
+pub fn fill_non_zero<L: AsRef<[DVec2]>>(loops: impl IntoIterator<Item = L>, mask: &mut Mask) {
     mask.clear();
     let (width, height) = (i64::from(mask.width()), i64::from(mask.height()));
     let mut crossings: Vec<(i64, i64, i32)> = Vec::new();
     for points in loops {
-        for (a, b) in edges(points) {
+        for (a, b) in edges(points.as_ref()) {
             let (top, bottom, step) = if a.y <= b.y { (a, b, 1) } else { (b, a, -1) };
             let slope = (bottom.x - top.x) / (bottom.y - top.y);
             for j in row_from(top.y).max(0)..row_from(bottom.y).min(height) {

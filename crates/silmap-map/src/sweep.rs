@@ -197,7 +197,10 @@ pub(crate) fn merge_heights(lists: &[&[f64]], merged: &mut Vec<f64>) {
             return;
         };
         for (list, n) in lists.iter().zip(&mut next) {
-            while list.get(*n).is_some_and(|head| head.total_cmp(&lowest).is_le()) {
+            while list
+                .get(*n)
+                .is_some_and(|head| head.total_cmp(&lowest).is_le())
+            {
                 *n += 1;
             }
         }
