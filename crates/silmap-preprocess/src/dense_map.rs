@@ -3,7 +3,8 @@
 //! Source: Silhouette Mapping, sections 3 and 4.
 
 use glam::{DVec2, DVec3};
-use silmap_geometry::Camera;
+use silmap_geometry::CoverageRule;
+use silmap_map::{CapturedView, SilhouetteMap};
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use thiserror::Error;
 
@@ -91,10 +92,40 @@ pub fn triangulate_view_sphere(
     }
 }
 
-/// The eyes of some cameras.
-#[must_use]
-pub fn eyes(cameras: &[Camera]) -> Vec<DVec3> {
-    cameras.iter().map(|c| c.eye).collect()
+/// What all views of a map have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DenseMapParams {
+    /// Middle of the model's box.
+    pub center: DVec3,
+    /// Radius of its bounding sphere.
+    pub radius: f64,
+    /// Side of the square captures, pixels.
+    pub resolution_px: u32,
+    /// Tolerance of the contours, pixels.
+    pub tolerance_px: f64,
+    /// The rule the masks were drawn by.
+    pub coverage: CoverageRule,
+}
+
+/// Connects all captured views to one map.
+///
+/// # Errors
+/// When the viewpoints do not surround the center.
+pub fn build(
+    views: Vec<CapturedView>,
+    params: &DenseMapParams,
+) -> Result<SilhouetteMap, DenseMapError> {
+    let eyes: Vec<DVec3> = views.iter().map(|v| v.camera.eye).collect();
+    let triangles = triangulate_view_sphere(params.center, &eyes)?;
+    Ok(SilhouetteMap {
+        center: params.center,
+        radius: params.radius,
+        resolution_px: params.resolution_px,
+        tolerance_px: params.tolerance_px,
+        coverage: params.coverage,
+        views,
+        triangles,
+    })
 }
 
 #[cfg(test)]
