@@ -104,8 +104,10 @@ pub enum Defect {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshDefects {
     defects: Vec<Defect>,
-    /// What the first vertex and the first face are called: 0, or 1 in files that count from 1.
-    first_number: u32,
+    /// What the first vertex is called: 0, or 1 in files that count from 1.
+    first_vertex: u32,
+    /// What the first face is called.
+    first_face: u32,
 }
 
 impl MeshDefects {
@@ -115,7 +117,8 @@ impl MeshDefects {
         let defects = find_defects(mesh);
         (!defects.is_empty()).then_some(Self {
             defects,
-            first_number: 0,
+            first_vertex: 0,
+            first_face: 0,
         })
     }
 
@@ -125,9 +128,10 @@ impl MeshDefects {
         &self.defects
     }
 
-    /// Speaks of vertices and faces by other numbers: those of the file they came from. `first_number` is added to all.
+    /// Speaks of vertices and faces by other numbers: those of the file they came from. `first_vertex` is added to
+    /// all vertices, and faces are counted from 1.
     #[must_use]
-    pub fn renumber(mut self, vertex_of: &[u32], face_of: &[u32], first_number: u32) -> Self {
+    pub fn renumber(mut self, vertex_of: &[u32], face_of: &[u32], first_vertex: u32) -> Self {
         let other = |table: &[u32], index: u32| table.get(index as usize).copied().unwrap_or(index);
         for defect in &mut self.defects {
             match defect {
@@ -151,7 +155,8 @@ impl MeshDefects {
                 }
             }
         }
-        self.first_number = first_number;
+        self.first_vertex = first_vertex;
+        self.first_face = 1;
         self
     }
 
@@ -185,19 +190,26 @@ impl fmt::Display for MeshDefects {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, defect) in self.defects.iter().enumerate() {
             f.write_str(["", "; "][usize::from(i > 0)])?;
-            defect.write(f, self.first_number)?;
+            defect.write(f, self.first_vertex, self.first_face)?;
         }
         Ok(())
     }
 }
 
-fn plural(count: usize) -> &'static str {
-    if count == 1 { "" } else { "s" }
+/// "1 face", "2 faces", "3 vertices".
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    match (count, noun.strip_suffix("ex")) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(stem)) => format!("{count} {stem}ices"),
+        (_, None) => format!("{count} {noun}s"),
+    }
 }
 
 impl Defect {
-    fn write(&self, f: &mut fmt::Formatter<'_>, base: u32) -> fmt::Result {
-        let name = |index: u32| u64::from(index) + u64::from(base);
+    fn write(&self, f: &mut fmt::Formatter<'_>, first_vertex: u32, first_face: u32) -> fmt::Result {
+        let name = |vertex: u32| u64::from(vertex) + u64::from(first_vertex);
+        let face_name = |face: u32| u64::from(face) + u64::from(first_face);
         // "edge 3–7 has 4 faces", and how many more there are like it.
         let more = |f: &mut fmt::Formatter<'_>, count: usize| match count {
             0 | 1 => Ok(()),
@@ -213,7 +225,7 @@ impl Defect {
                 write!(
                     f,
                     "face {} uses vertex {}, which does not exist",
-                    name(face),
+                    face_name(face),
                     name(vertex)
                 )?;
                 more(f, count)
@@ -227,7 +239,12 @@ impl Defect {
                 face,
                 vertex,
             } => {
-                write!(f, "face {} uses vertex {} twice", name(face), name(vertex))?;
+                write!(
+                    f,
+                    "face {} uses vertex {} twice",
+                    face_name(face),
+                    name(vertex)
+                )?;
                 more(f, count)
             }
             Self::CrowdedEdge { count, edge, faces } => {
@@ -243,8 +260,8 @@ impl Defect {
                 write!(
                     f,
                     "face {} has the same vertices as face {}",
-                    name(face),
-                    name(earlier)
+                    face_name(face),
+                    face_name(earlier)
                 )?;
                 more(f, count)
             }
@@ -260,9 +277,9 @@ impl Defect {
                 let [a, b] = edge.map(name);
                 write!(
                     f,
-                    "open: {count} boundary edge{} in {loops} loop{}, the first is ({a}, {b})",
-                    plural(count),
-                    plural(loops)
+                    "open: {} in {}, the first is ({a}, {b})",
+                    counted(count, "boundary edge"),
+                    counted(loops, "loop")
                 )
             }
             Self::SplitVertex {
@@ -338,7 +355,8 @@ fn first_and_count(
 }
 
 /// The vertex a face uses twice, if any.
-pub(crate) fn repeated_corner(&[a, b, c]: &[u32; 3]) -> Option<u32> {
+#[must_use]
+pub fn repeated_corner(&[a, b, c]: &[u32; 3]) -> Option<u32> {
     if a == b || a == c {
         Some(a)
     } else if b == c {
@@ -438,14 +456,11 @@ fn split_vertices(faces: &[[u32; 3]], topology: &Topology) -> Option<Defect> {
     for edge in 0..topology.edges().len() {
         let uses = topology.edge_uses(edge);
         for pair in uses.windows(2) {
-            let ends = pair
-                .iter()
-                .map(|u| {
-                    let corner = u32::from(u.corner);
-                    let (from, to) = (u.face * 3 + corner, u.face * 3 + (corner + 1) % 3);
-                    if u.is_forward { [from, to] } else { [to, from] }
-                })
-                .collect::<Vec<_>>();
+            let ends = [pair[0], pair[1]].map(|u| {
+                let corner = u32::from(u.corner);
+                let (from, to) = (u.face * 3 + corner, u.face * 3 + (corner + 1) % 3);
+                if u.is_forward { [from, to] } else { [to, from] }
+            });
             corners.unite(ends[0][0], ends[1][0]);
             corners.unite(ends[0][1], ends[1][1]);
         }

@@ -8,12 +8,14 @@ pub mod bvh;
 pub mod camera;
 pub mod closed_mesh;
 pub mod defects;
+pub mod holes;
 pub mod lighting;
 pub mod mask;
 pub mod mesh;
 mod mesh_edit;
 pub mod polygon;
 pub mod predicates;
+pub mod repair;
 pub mod topology;
 pub mod triangulate;
 

@@ -39,18 +39,28 @@ impl TriangleMesh {
         }
     }
 
-    /// Adds a face that looks like another one: each of its corners takes the colour of corner `like_corners[k]` of
-    /// face `like`.
-    pub fn push_face_like(&mut self, corners: [u32; 3], like: usize, like_corners: [usize; 3]) {
+    /// Adds a face whose corners look like the given corners `(face, corner)` of faces that exist; it takes the material
+    /// of the first one's face.
+    pub fn push_face(&mut self, corners: [u32; 3], like: [(usize, usize); 3]) {
         self.faces.push(corners);
         let look = &mut self.appearance;
-        if let Some(&uvs) = look.corner_uvs.get(like) {
-            look.corner_uvs.push(like_corners.map(|k| uvs[k]));
+        if !look.corner_uvs.is_empty() {
+            let material = |face: usize| look.face_materials.get(face);
+            // Texture coordinates only mean something in their own texture.
+            let uvs = like.map(|(face, corner)| {
+                if material(face) == material(like[0].0) {
+                    look.corner_uvs[face][corner]
+                } else {
+                    look.corner_uvs[like[0].0][like[0].1]
+                }
+            });
+            look.corner_uvs.push(uvs);
         }
-        if let Some(&colours) = look.corner_colours.get(like) {
-            look.corner_colours.push(like_corners.map(|k| colours[k]));
+        if !look.corner_colours.is_empty() {
+            let colours = like.map(|(face, corner)| look.corner_colours[face][corner]);
+            look.corner_colours.push(colours);
         }
-        if let Some(&material) = look.face_materials.get(like) {
+        if let Some(&material) = look.face_materials.get(like[0].0) {
             look.face_materials.push(material);
         }
     }
@@ -107,7 +117,7 @@ mod tests {
             [[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]]
         );
         assert_eq!(mesh.appearance.face_materials, [5]);
-        mesh.push_face_like([1, 3, 0], 0, [2, 1, 0]);
+        mesh.push_face([1, 3, 0], [(0, 2), (0, 1), (0, 0)]);
         assert_eq!(mesh.appearance.corner_uvs[1][0], [1.0, 0.0]);
         assert_eq!(mesh.appearance.face_materials, [5, 5]);
         assert_eq!(mesh.drop_unused_vertices(), [0, 1, 3]);

@@ -1,0 +1,131 @@
+//! A mesh as a file tells it: polygons cut into triangles, nothing welded or checked yet.
+
+use glam::DVec3;
+use silmap_geometry::lighting;
+use silmap_geometry::triangulate::triangulate_polygon;
+use silmap_geometry::{Material, TriangleMesh};
+
+use crate::progress::PrepWarning;
+
+/// Cutting a polygon takes time quadratic in its corners; this many take about a second.
+pub(super) const MOST_CORNERS: usize = 10_000;
+
+/// Stands for "no material" until a file is read to its end.
+const NO_MATERIAL: u16 = u16::MAX;
+
+/// The most materials that are told apart; further ones are left out.
+pub(super) const MOST_MATERIALS: usize = NO_MATERIAL as usize - 1;
+
+/// What a reader makes of a file.
+#[derive(Debug, Default)]
+pub(super) struct RawMesh {
+    /// Positions in file order, and triangles.
+    pub(super) mesh: TriangleMesh,
+    /// The file's face each triangle comes from, from 0.
+    pub(super) face_of: Vec<u32>,
+    /// What the file calls its first vertex and face: 0 or 1.
+    pub(super) first_number: u32,
+    /// What was odd.
+    pub(super) warnings: Vec<PrepWarning>,
+    /// Faces of the file so far.
+    face_count: u32,
+}
+
+/// The looks of one polygon.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PolygonLook<'a> {
+    /// Texture coordinates per corner, v down.
+    pub(super) uvs: Option<&'a [[f32; 2]]>,
+    /// Linear colours per corner.
+    pub(super) colours: Option<&'a [[f32; 3]]>,
+    /// Index of a material.
+    pub(super) material: Option<u16>,
+}
+
+impl RawMesh {
+    /// An empty mesh of a file that counts from `first_number`.
+    pub(super) fn counting_from(first_number: u32) -> Self {
+        Self {
+            first_number,
+            ..Self::default()
+        }
+    }
+
+    /// Adds a polygon with at most [`MOST_CORNERS`] corners, all of them existing vertices.
+    pub(super) fn push_polygon(&mut self, vertices: &[u32], look: PolygonLook<'_>) {
+        let file_face = self.face_count;
+        self.face_count += 1;
+        let triangles = if vertices.len() == 3 {
+            vec![[0, 1, 2]]
+        } else {
+            let points: Vec<DVec3> = vertices
+                .iter()
+                .map(|&v| self.mesh.positions[v as usize])
+                .collect();
+            triangulate_polygon(&points)
+        };
+        let appearance = &mut self.mesh.appearance;
+        for corners in triangles {
+            let corners = corners.map(|k| k as usize);
+            let face = self.mesh.faces.len();
+            if let Some(uvs) = look.uvs {
+                appearance.corner_uvs.resize(face, [[0.0; 2]; 3]);
+                appearance.corner_uvs.push(corners.map(|k| uvs[k]));
+            }
+            if let Some(colours) = look.colours {
+                appearance.corner_colours.resize(face, [[1.0; 3]; 3]);
+                appearance.corner_colours.push(corners.map(|k| colours[k]));
+            }
+            if let Some(material) = look.material {
+                appearance.face_materials.resize(face, NO_MATERIAL);
+                appearance.face_materials.push(material);
+            }
+            self.mesh.faces.push(corners.map(|k| vertices[k]));
+            self.face_of.push(file_face);
+        }
+    }
+
+    /// Completes the looks of faces that have none while others do, and drops looks that cannot be seen.
+    pub(super) fn finish(mut self) -> Self {
+        let face_count = self.mesh.faces.len();
+        let look = &mut self.mesh.appearance;
+        if !look.corner_colours.is_empty() {
+            look.corner_colours.resize(face_count, [[1.0; 3]; 3]);
+        }
+        if look.materials.is_empty() {
+            look.face_materials.clear();
+        }
+        if !look.face_materials.is_empty() {
+            look.face_materials.resize(face_count, NO_MATERIAL);
+            if look.face_materials.contains(&NO_MATERIAL) {
+                let default = look.materials.len() as u16;
+                look.materials.push(Material {
+                    base_colour: lighting::DEFAULT_ALBEDO,
+                    texture: None,
+                });
+                for material in &mut look.face_materials {
+                    if *material == NO_MATERIAL {
+                        *material = default;
+                    }
+                }
+            }
+        } else {
+            look.materials.clear();
+        }
+        if look.materials.iter().all(|m| m.texture.is_none()) {
+            look.corner_uvs.clear();
+        }
+        if !look.corner_uvs.is_empty() {
+            look.corner_uvs.resize(face_count, [[0.0; 2]; 3]);
+        }
+        self
+    }
+
+    /// Adds a warning about something left out.
+    pub(super) fn ignore(&mut self, what: String) {
+        let warning = PrepWarning::Ignored { what };
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+}
