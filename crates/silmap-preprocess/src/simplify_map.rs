@@ -303,3 +303,139 @@ impl<'a> Simplification<'a> {
         (map, self.report)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::{CaptureParams, capture, view_sphere};
+    use crate::dense_map::{self, DenseMapParams};
+    use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
+    use crate::trace::trace_contours;
+    use silmap_geometry::CoverageRule;
+    use silmap_map::{CapturedView, ViewContour};
+
+    fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
+        let mesh = crate::models::torus(1024);
+        let bounds = mesh.bounds();
+        let side = 96;
+        let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();
+        let masks = capture(
+            &mesh,
+            &cameras,
+            &CaptureParams::default(),
+            &Monitor::silent(),
+        )
+        .unwrap();
+        let views = cameras
+            .iter()
+            .zip(&masks)
+            .map(|(&camera, mask)| {
+                let loops =
+                    simplify_contours(&trace_contours(mask), &SimplifyContourParams::default());
+                let contours = loops.into_iter().map(|points| ViewContour {
+                    points,
+                    depths: Vec::new(),
+                });
+                CapturedView {
+                    camera,
+                    contours: contours.collect(),
+                }
+            })
+            .collect();
+        let params = DenseMapParams {
+            center: bounds.center,
+            radius: bounds.radius,
+            resolution_px: side,
+            tolerance_px: 0.5,
+            coverage: CoverageRule::Center,
+        };
+        (dense_map::build(views, &params).unwrap(), masks)
+    }
+
+    #[test]
+    fn every_collapse_leaves_a_star_shaped_polytope_and_true_errors() {
+        let (dense, masks) = torus_map(60);
+        let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
+        work.evaluate_all(&Monitor::silent()).unwrap();
+        while let Some(candidate) = work.cheapest_collapse() {
+            let before = work.error_sum;
+            work.apply(candidate.collapse);
+            work.polytope.check();
+            assert!(
+                (work.error_sum - before - candidate.cost).abs() < 1e-9,
+                "a cost was not kept"
+            );
+            let sum: f64 = work.errors.iter().sum();
+            assert!((work.error_sum - sum).abs() < 1e-9);
+        }
+        assert!(
+            work.polytope.view_count() <= 12,
+            "stalled at {}",
+            work.polytope.view_count()
+        );
+        assert!(work.error_sum > 0.0);
+    }
+
+    #[test]
+    fn the_curve_ends_where_it_was_told_to() {
+        let (dense, masks) = torus_map(60);
+        let monitor = Monitor::silent();
+        let keep = SimplifyMapParams {
+            keep: 20,
+            ..SimplifyMapParams::default()
+        };
+        let (map, report) = simplify(&dense, &masks, &keep, &monitor).unwrap();
+        assert_eq!(
+            (map.views.len(), report.kept.len(), report.curve.len()),
+            (20, 20, 40)
+        );
+        assert_eq!(map.triangles.len(), 36);
+        let at_30 = report
+            .curve
+            .iter()
+            .find(|(views, _)| *views == 30)
+            .unwrap()
+            .1;
+        let limit = SimplifyMapParams {
+            max_error: Some(at_30),
+            ..keep
+        };
+        let (map, report) = simplify(&dense, &masks, &limit, &monitor).unwrap();
+        assert!(report.misclassified_mean <= at_30 && map.views.len() <= 30);
+    }
+
+    #[test]
+    fn the_number_of_threads_changes_nothing() {
+        let (dense, masks) = torus_map(48);
+        let params = SimplifyMapParams {
+            keep: 16,
+            ..SimplifyMapParams::default()
+        };
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| simplify(&dense, &masks, &params, &Monitor::silent()).unwrap())
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn a_map_without_its_masks_is_refused() {
+        let (dense, masks) = torus_map(12);
+        let made = simplify(
+            &dense,
+            &masks[1..],
+            &SimplifyMapParams::default(),
+            &Monitor::silent(),
+        );
+        assert_eq!(
+            made.err(),
+            Some(SimplifyMapError::MaskCount {
+                views: 12,
+                masks: 11
+            })
+        );
+    }
+}
