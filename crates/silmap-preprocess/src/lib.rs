@@ -8,6 +8,7 @@ pub mod models;
 pub mod progress;
 pub mod simplify_contour;
 pub mod simplify_map;
+pub mod texture;
 pub mod trace;
 
 pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};

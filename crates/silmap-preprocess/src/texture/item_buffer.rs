@@ -1,0 +1,230 @@
+//! Which face is seen at each pixel, and how far away: a small processor rasteriser with a depth buffer.
+//!
+//! Pixels are sampled at their centres; a centre on an edge belongs to both faces, and the nearer one wins, or of two
+//! equally near ones the one drawn first. Depth is kept as its reciprocal, which is linear in the image.
+
+use glam::{DVec2, DVec3};
+use silmap_geometry::Camera;
+
+/// Stands for "no face".
+pub(super) const NOTHING: u32 = u32::MAX;
+
+/// Faces whose doubled image area is below this many square pixels cover no centre worth having.
+const MIN_DOUBLE_AREA_PX2: f64 = 1e-9;
+
+/// A triangle in the image, ready to be walked over.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ImageTriangle {
+    corners: [DVec2; 3],
+    inverse_depths: [f64; 3],
+    double_area: f64,
+}
+
+/// One pixel centre in an [`ImageTriangle`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    /// Row-major index of the pixel.
+    pub(super) pixel: usize,
+    /// Reciprocal of the depth along the camera's `forward`.
+    pub(super) inverse_depth: f64,
+    /// Weights of the corners *in the image*, with sum one.
+    pub(super) image_weights: [f64; 3],
+}
+
+impl ImageTriangle {
+    /// Projects a triangle; `None` when it faces away, is seen edge-on, or reaches behind the eye.
+    pub(super) fn project(camera: &Camera, corners: [DVec3; 3]) -> Option<Self> {
+        let depths = corners.map(|p| camera.depth(p));
+        // The comparison is false for NaN, too.
+        if !depths.iter().all(|&z| z > 0.0) {
+            return None;
+        }
+        let image = corners.map(|p| camera.image_from_object(p));
+        // Image y runs down, so counter-clockwise faces have negative area here; swap its sign.
+        let double_area = -(image[1] - image[0]).perp_dot(image[2] - image[0]);
+        (double_area > MIN_DOUBLE_AREA_PX2).then_some(Self {
+            corners: image,
+            inverse_depths: depths.map(|z| 1.0 / z),
+            double_area,
+        })
+    }
+
+    /// Calls `visit` for every pixel centre inside, row by row.
+    pub(super) fn visit(&self, camera: &Camera, mut visit: impl FnMut(Sample)) {
+        let [a, b, c] = self.corners;
+        let low = a.min(b).min(c);
+        let high = a.max(b).max(c);
+        let (width, height) = (camera.width_px as usize, camera.height_px as usize);
+        // Casts of floats saturate, so a triangle far outside gives an empty range.
+        let first = |x: f64| (x - 0.5).ceil().max(0.0) as usize;
+        let end = |x: f64, size: usize| ((x - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize;
+        for y in first(low.y)..end(high.y, height) {
+            for x in first(low.x)..end(high.x, width) {
+                let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let weights = [
+                    -(c - b).perp_dot(p - b),
+                    -(a - c).perp_dot(p - c),
+                    -(b - a).perp_dot(p - a),
+                ];
+                if weights.iter().all(|&w| w >= 0.0) {
+                    let image_weights = weights.map(|w| w / self.double_area);
+                    visit(Sample {
+                        pixel: y * width + x,
+                        inverse_depth: dot(image_weights, self.inverse_depths),
+                        image_weights,
+                    });
+                }
+            }
+        }
+    }
+
+    /// Weights of the corners in space from those in the image.
+    pub(super) fn object_weights(&self, image_weights: [f64; 3]) -> [f64; 3] {
+        let scaled: [f64; 3] = std::array::from_fn(|k| image_weights[k] * self.inverse_depths[k]);
+        let sum: f64 = scaled.iter().sum();
+        scaled.map(|w| w / sum)
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The nearest face at each pixel of a camera.
+#[derive(Clone, Debug)]
+pub(super) struct ItemBuffer {
+    camera: Camera,
+    faces: Vec<u32>,
+    inverse_depths: Vec<f64>,
+    image_weights: Vec<[f32; 2]>,
+}
+
+impl ItemBuffer {
+    /// Draws the faces that look towards the eye. `corners` gives the corners of a face.
+    pub(super) fn draw(
+        camera: &Camera,
+        face_count: usize,
+        corners: impl Fn(usize) -> [DVec3; 3],
+    ) -> Self {
+        let pixel_count = camera.width_px as usize * camera.height_px as usize;
+        let mut buffer = Self {
+            camera: *camera,
+            faces: vec![NOTHING; pixel_count],
+            inverse_depths: vec![0.0; pixel_count],
+            image_weights: vec![[0.0; 2]; pixel_count],
+        };
+        for face in 0..face_count {
+            let Some(triangle) = ImageTriangle::project(camera, corners(face)) else {
+                continue;
+            };
+            triangle.visit(camera, |sample| {
+                let nearest = &mut buffer.inverse_depths[sample.pixel];
+                if sample.inverse_depth > *nearest {
+                    *nearest = sample.inverse_depth;
+                    buffer.faces[sample.pixel] = face as u32;
+                    let [a, b, _] = sample.image_weights;
+                    buffer.image_weights[sample.pixel] = [a as f32, b as f32];
+                }
+            });
+        }
+        buffer
+    }
+
+    /// The face at a pixel and the weights of its corners in the image, if there is one.
+    pub(super) fn face_at(&self, pixel: usize) -> Option<(usize, [f64; 3])> {
+        let face = self.faces[pixel];
+        let [a, b] = self.image_weights[pixel].map(f64::from);
+        (face != NOTHING).then_some((face as usize, [a, b, 1.0 - a - b]))
+    }
+
+    /// Reciprocal of the depth at a pixel; zero where there is nothing.
+    pub(super) fn inverse_depth(&self, pixel: usize) -> f64 {
+        self.inverse_depths[pixel]
+    }
+
+    /// The *largest* depth in the three by three pixels around an image point, infinite where there is nothing or the
+    /// point is outside: what something at that point must lie behind to be hidden for certain.
+    pub(super) fn farthest_around(&self, p: DVec2) -> f64 {
+        let (width, height) = (self.camera.width_px as i64, self.camera.height_px as i64);
+        let (x, y) = (p.x.floor() as i64, p.y.floor() as i64);
+        let mut smallest = f64::INFINITY;
+        for j in y.saturating_sub(1)..=y.saturating_add(1) {
+            for i in x.saturating_sub(1)..=x.saturating_add(1) {
+                if !(0..width).contains(&i) || !(0..height).contains(&j) {
+                    return f64::INFINITY;
+                }
+                smallest = smallest.min(self.inverse_depths[(j * width + i) as usize]);
+            }
+        }
+        1.0 / smallest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera::fit_sphere(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, 1.0, None, (64, 64)).unwrap()
+    }
+
+    fn facing(z: f64, size: f64) -> [DVec3; 3] {
+        [
+            DVec3::new(-size, -size, z),
+            DVec3::new(size, -size, z),
+            DVec3::new(0.0, size, z),
+        ]
+    }
+
+    #[test]
+    fn the_nearer_face_wins_in_either_order() {
+        let (near, far) = (facing(0.5, 0.3), facing(-0.5, 0.8));
+        for faces in [[near, far], [far, near]] {
+            let buffer = ItemBuffer::draw(&camera(), 2, |f| faces[f]);
+            let nearer = faces.iter().position(|f| *f == near).unwrap();
+            let middle = 32 * 64 + 32;
+            assert_eq!(buffer.face_at(middle).unwrap().0, nearer);
+            assert!((1.0 / buffer.inverse_depth(middle) - 4.5).abs() < 1e-12);
+            let seen: Vec<_> = (0..64 * 64).filter_map(|p| buffer.face_at(p)).collect();
+            assert!(seen.iter().any(|s| s.0 == 0) && seen.iter().any(|s| s.0 == 1));
+        }
+    }
+
+    #[test]
+    fn a_face_that_looks_away_is_not_drawn() {
+        let [a, b, c] = facing(0.0, 0.5);
+        let buffer = ItemBuffer::draw(&camera(), 1, |_| [a, c, b]);
+        assert!((0..64 * 64).all(|p| buffer.face_at(p).is_none()));
+    }
+
+    #[test]
+    fn weights_lead_back_to_the_point_seen() {
+        let corners = [
+            DVec3::new(-0.6, -0.5, 0.6),
+            DVec3::new(0.7, -0.4, -0.5),
+            DVec3::new(0.0, 0.6, 0.1),
+        ];
+        let camera = camera();
+        let triangle = ImageTriangle::project(&camera, corners).unwrap();
+        let mut count = 0;
+        triangle.visit(&camera, |sample| {
+            let weights = triangle.object_weights(sample.image_weights);
+            let point: DVec3 = (0..3).map(|k| corners[k] * weights[k]).sum();
+            let x = (sample.pixel % 64) as f64 + 0.5;
+            let y = (sample.pixel / 64) as f64 + 0.5;
+            assert!(camera.image_from_object(point).distance(DVec2::new(x, y)) < 1e-9);
+            assert!((1.0 / sample.inverse_depth - camera.depth(point)).abs() < 1e-9);
+            count += 1;
+        });
+        assert!(count > 100, "{count} samples");
+    }
+
+    #[test]
+    fn what_reaches_behind_the_eye_or_is_not_finite_is_left_out() {
+        let behind = [DVec3::new(0.0, 0.0, 6.0), DVec3::X, DVec3::Y];
+        let nan = [DVec3::NAN, DVec3::X, DVec3::Y];
+        for corners in [behind, nan] {
+            assert!(ImageTriangle::project(&camera(), corners).is_none());
+        }
+    }
+}
