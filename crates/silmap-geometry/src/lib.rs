@@ -10,6 +10,7 @@ pub mod closed_mesh;
 pub mod defects;
 pub mod holes;
 pub mod lighting;
+pub mod lp;
 pub mod mask;
 pub mod mesh;
 mod mesh_edit;
