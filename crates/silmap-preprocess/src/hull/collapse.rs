@@ -1,0 +1,298 @@
+//! The greedy sequence of collapses.
+//!
+//! Edges wait in a queue by the cost they had when last looked at. An edge whose surroundings changed since is looked at
+//! again when its turn comes: costs mostly rise as the mesh shrinks, so the order hardly differs from that of an always
+//! fresh queue, at a third of the linear programs.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+use silmap_geometry::bvh::{Bvh, closest_weights};
+
+use super::placement::{Guards, Neighbourhood, Placement};
+use super::surface::{Contraction, Surface};
+use super::{HullError, HullParams};
+use crate::progress::{Monitor, Stage};
+
+/// Collapses between two looks at the monitor: a few milliseconds.
+const MONITOR_STRIDE: usize = 512;
+
+/// One collapse, with what is needed to split the vertex again.
+#[derive(Clone, Debug)]
+pub(super) struct Step {
+    pub(super) contraction: Contraction,
+    /// The half-edges that started at the removed vertex, as a range of [`Collapsed::moved`].
+    pub(super) moved: std::ops::Range<usize>,
+    /// P of the kept and the removed vertex before.
+    pub(super) surface_points: [DVec3; 2],
+    /// Volume added.
+    pub(super) added_volume: f64,
+    /// Largest distance of any vertex placed so far from the original surface.
+    pub(super) distance: f64,
+}
+
+/// The mesh after all collapses, and how it got there.
+#[derive(Clone, Debug)]
+pub(super) struct Collapsed {
+    pub(super) surface: Surface,
+    pub(super) surface_points: Vec<DVec3>,
+    pub(super) steps: Vec<Step>,
+    pub(super) moved: Vec<u32>,
+}
+
+/// An edge in the queue.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    edge: u32,
+    /// Number of collapses when it was looked at.
+    looked_at: u32,
+    placement: Placement,
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.placement
+            .priority
+            .total_cmp(&other.placement.priority)
+            .then(self.edge.cmp(&other.edge))
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Entry {}
+
+struct Collapser<'a> {
+    params: &'a HullParams,
+    guards: Guards,
+    original: &'a Bvh,
+    state: Collapsed,
+    queue: BinaryHeap<Reverse<Entry>>,
+    /// Per half-edge: whether the edge of that name is in the queue.
+    is_queued: Vec<bool>,
+    /// Per vertex: number of the last collapse that changed a face at it.
+    changed_at: Vec<u32>,
+    neighbourhood: Neighbourhood,
+    face_count: usize,
+    volume: f64,
+    distance: f64,
+}
+
+/// What stops the sequence before nothing is allowed any more.
+pub(super) struct Limits {
+    pub(super) faces: usize,
+    /// Volume to stay within, in the surface's units.
+    pub(super) volume: f64,
+    /// Distance to stay within, in the surface's units.
+    pub(super) distance: f64,
+}
+
+pub(super) fn collapse(
+    surface: Surface,
+    original: &Bvh,
+    volume: f64,
+    limits: &Limits,
+    params: &HullParams,
+    monitor: &Monitor<'_>,
+) -> Result<Collapsed, HullError> {
+    let half_edges = surface.origin.len();
+    let mut collapser = Collapser {
+        params,
+        guards: Guards::LADDER[0],
+        original,
+        queue: BinaryHeap::with_capacity(half_edges / 2),
+        is_queued: vec![false; half_edges],
+        changed_at: vec![0; surface.positions.len()],
+        neighbourhood: Neighbourhood::default(),
+        face_count: half_edges / 3,
+        volume,
+        distance: 0.0,
+        state: Collapsed {
+            surface_points: surface.positions.clone(),
+            steps: Vec::with_capacity(half_edges / 6),
+            moved: Vec::with_capacity(half_edges / 2),
+            surface,
+        },
+    };
+    for guards in Guards::LADDER {
+        if collapser.face_count <= limits.faces {
+            break;
+        }
+        collapser.guards = guards;
+        collapser.fill_queue(monitor)?;
+        collapser.run(limits, monitor)?;
+    }
+    Ok(collapser.state)
+}
+
+impl Guards {
+    /// Strict at first; when no collapse is left, looser, as reaching the count matters more than shape.
+    const LADDER: [Self; 3] = [
+        Self {
+            max_valence: 12,
+            min_compactness: 0.05,
+            min_turn_cosine: 0.2,
+        },
+        Self {
+            max_valence: 20,
+            min_compactness: 0.01,
+            min_turn_cosine: 0.0,
+        },
+        Self {
+            max_valence: 40,
+            min_compactness: 1e-3,
+            min_turn_cosine: -0.5,
+        },
+    ];
+}
+
+impl Collapser<'_> {
+    fn fill_queue(&mut self, monitor: &Monitor<'_>) -> Result<(), HullError> {
+        self.queue.clear();
+        self.is_queued.fill(false);
+        for h in 0..self.is_queued.len() as u32 {
+            if (h as usize).is_multiple_of(MONITOR_STRIDE * 64) {
+                monitor.check()?;
+            }
+            if !self.state.surface.is_gone(h) && self.state.surface.edge(h) == h {
+                self.look_at(h);
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts an edge into the queue if it may be collapsed.
+    fn look_at(&mut self, edge: u32) {
+        self.is_queued[edge as usize] = false;
+        let surface = &mut self.state.surface;
+        let ends = [surface.start(edge), surface.end(edge)];
+        let valence = surface.valence(ends[0]) + surface.valence(ends[1]) - 4;
+        if valence > self.guards.max_valence || !surface.can_contract(edge) {
+            return;
+        }
+        self.neighbourhood.gather(surface, edge);
+        if let Some(placement) = self.neighbourhood.place(surface, &self.guards, self.params) {
+            self.is_queued[edge as usize] = true;
+            self.queue.push(Reverse(Entry {
+                edge,
+                looked_at: self.state.steps.len() as u32,
+                placement,
+            }));
+        }
+    }
+
+    fn run(&mut self, limits: &Limits, monitor: &Monitor<'_>) -> Result<(), HullError> {
+        while self.face_count > limits.faces {
+            let Some(Reverse(entry)) = self.queue.pop() else {
+                break;
+            };
+            let surface = &mut self.state.surface;
+            // A name may have died, or passed to another half-edge of the same edge, which then is in the queue itself.
+            if surface.is_gone(entry.edge) || surface.edge(entry.edge) != entry.edge {
+                continue;
+            }
+            let ends = [surface.start(entry.edge), surface.end(entry.edge)];
+            let is_fresh = ends
+                .iter()
+                .all(|&v| self.changed_at[v as usize] <= entry.looked_at);
+            if !is_fresh {
+                self.look_at(entry.edge);
+                continue;
+            }
+            self.is_queued[entry.edge as usize] = false;
+            // A neighbour of the edge may have lost faces although the edge's own faces are as they were.
+            if !surface.can_contract(entry.edge)
+                || self.volume + entry.placement.added_volume > limits.volume
+                || !self.is_near(entry.placement.position, limits.distance)
+            {
+                continue;
+            }
+            self.contract(entry);
+            let done = self.state.steps.len();
+            if done.is_multiple_of(MONITOR_STRIDE) {
+                monitor.check()?;
+                monitor.advance(Stage::Hull, 2 * MONITOR_STRIDE as u64);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_near(&self, position: DVec3, limit: f64) -> bool {
+        limit == f64::INFINITY
+            || self
+                .original
+                .closest_point_within(position, limit)
+                .is_some()
+    }
+
+    fn contract(&mut self, entry: Entry) {
+        let Placement {
+            position,
+            added_volume,
+            ..
+        } = entry.placement;
+        let state = &mut self.state;
+        self.neighbourhood.gather(&state.surface, entry.edge);
+        let surface_point = surface_point_at(state, self.neighbourhood.faces(), position);
+        let first_moved = state.moved.len();
+        let contraction = state
+            .surface
+            .contract(entry.edge, position, &mut state.moved);
+        let (kept, removed) = (contraction.kept as usize, contraction.removed as usize);
+        self.distance = self.distance.max(position.distance(surface_point));
+        self.volume += added_volume;
+        self.face_count -= 2;
+        state.steps.push(Step {
+            surface_points: [state.surface_points[kept], state.surface_points[removed]],
+            contraction,
+            moved: first_moved..state.moved.len(),
+            added_volume,
+            distance: self.distance,
+        });
+        state.surface_points[kept] = surface_point;
+
+        let now = state.steps.len() as u32;
+        let spokes: Vec<u32> = state.surface.leaving(kept as u32).collect();
+        self.changed_at[kept] = now;
+        for &spoke in &spokes {
+            self.changed_at[self.state.surface.end(spoke) as usize] = now;
+        }
+        // Edges that were refused before may be allowed now.
+        for &spoke in &spokes {
+            let end = self.state.surface.end(spoke);
+            let around: Vec<u32> = self.state.surface.leaving(end).collect();
+            for h in around {
+                let edge = self.state.surface.edge(h);
+                if !self.is_queued[edge as usize] {
+                    self.look_at(edge);
+                }
+            }
+        }
+    }
+}
+
+/// P of a new vertex: P of the old surface, interpolated at its point closest to the vertex.
+fn surface_point_at(state: &Collapsed, faces: &[[u32; 3]], position: DVec3) -> DVec3 {
+    let mut best = (f64::INFINITY, position);
+    for face in faces {
+        let corners = face.map(|v| state.surface.position(v));
+        let weights = closest_weights(position, corners);
+        let mix = |[a, b, c]: [DVec3; 3]| a + (b - a) * weights[1] + (c - a) * weights[2];
+        let squared = mix(corners).distance_squared(position);
+        if squared < best.0 {
+            best = (squared, mix(face.map(|v| state.surface_points[v as usize])));
+        }
+    }
+    best.1
+}

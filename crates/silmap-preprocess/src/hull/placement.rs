@@ -1,0 +1,267 @@
+//! Where the vertex of a collapsed edge goes, and what that costs.
+//!
+//! The faces around the edge bound the vertex: it must lie on or outside the plane of each. Among those places the one
+//! that adds the least volume is the optimum of a linear program, as volume is linear in the vertex. The volume's
+//! gradient is the sum of the faces' own vector areas, so the program is never unbounded.
+//!
+//! Why this is enough: the new faces and the flipped old ones together bound the tetrahedra between the new vertex and
+//! each old face. A vertex outside all planes gives none of them a negative volume, so the winding number falls nowhere,
+//! whatever folds or crossings there are.
+//!
+//! Source: section 7 of the 1999 paper. Deviation: guards on shape keep slivers and spikes out of the sequence (the bare
+//! program stalls on real scans); they forbid collapses, and never loosen a constraint.
+
+use glam::DVec3;
+use silmap_geometry::lp::{self, HalfSpace, Solution};
+use silmap_geometry::predicates::side_of_plane;
+
+use super::HullParams;
+use super::surface::{Surface, next, previous};
+
+/// The linear program's infinity, in radii of the edge's neighbourhood: vertices further out are never wanted.
+const REACH: f64 = 64.0;
+/// How far outside the planes the vertex is aimed, in radii of the neighbourhood: above the program's own slack, so that
+/// the exact test rarely fails, and far below anything visible. Later tries are for slivers, whose planes are vague.
+const MARGINS_REL: [f64; 3] = [1e-10, 1e-8, 1e-6];
+/// Faces of a compactness below this have no direction worth comparing with.
+const VAGUE_COMPACTNESS: f64 = 1e-6;
+
+/// A collapse that is allowed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    /// Where the vertex goes.
+    pub(super) position: DVec3,
+    /// Volume it adds; not negative.
+    pub(super) added_volume: f64,
+    /// What the queue is ordered by.
+    pub(super) priority: f64,
+}
+
+/// How far shapes may go wrong; loosened when nothing else is left.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Guards {
+    /// Most faces at a vertex.
+    pub(super) max_valence: u32,
+    /// Least compactness of a new face, unless the old ones are worse.
+    pub(super) min_compactness: f64,
+    /// Least cosine between the normals of a face before and after.
+    pub(super) min_turn_cosine: f64,
+}
+
+/// The faces around an edge, relative to its middle.
+#[derive(Debug, Default)]
+pub(super) struct Neighbourhood {
+    origin: DVec3,
+    /// Largest distance of a ring vertex from the origin.
+    radius: f64,
+    /// Vertex ids of all faces.
+    faces: Vec<[u32; 3]>,
+    /// Twice the vector area, and a corner, of each face.
+    planes: Vec<(DVec3, DVec3)>,
+    /// Start and end of each ring edge, and unit normal and compactness of its face.
+    ring: Vec<RingEdge>,
+    half_spaces: Vec<HalfSpace>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct RingEdge {
+    from: DVec3,
+    to: DVec3,
+    normal: DVec3,
+    compactness: f64,
+}
+
+/// One for an equilateral triangle, zero for a degenerate one, from twice its area and its sides.
+fn compactness(cross_length: f64, sides_squared: f64) -> f64 {
+    if sides_squared > 0.0 {
+        2.0 * 3.0_f64.sqrt() * cross_length / sides_squared
+    } else {
+        0.0
+    }
+}
+
+impl Neighbourhood {
+    pub(super) fn gather(&mut self, surface: &Surface, h: u32) {
+        let twin = surface.twin(h);
+        self.origin = surface
+            .position(surface.start(h))
+            .midpoint(surface.position(surface.start(twin)));
+        self.faces.clear();
+        self.planes.clear();
+        self.ring.clear();
+        self.radius = 0.0;
+        for opposite in surface.ring(h) {
+            let (plane, edge) = self.push_face(surface, opposite);
+            let normal = plane.normalize_or_zero();
+            self.ring.push(RingEdge {
+                from: edge[0],
+                to: edge[1],
+                normal,
+                compactness: edge[2].x,
+            });
+        }
+        for side in [next(h), next(twin)] {
+            self.push_face(surface, side);
+        }
+    }
+
+    /// Adds the face of a half-edge; returns its cross product, and the half-edge's ends with the face's compactness.
+    fn push_face(&mut self, surface: &Surface, h: u32) -> (DVec3, [DVec3; 3]) {
+        let ids = [surface.start(h), surface.end(h), surface.start(previous(h))];
+        let [a, b, c] = ids.map(|v| surface.position(v) - self.origin);
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let cross = ab.cross(-ca);
+        let shape = compactness(
+            cross.length(),
+            ab.length_squared() + bc.length_squared() + ca.length_squared(),
+        );
+        self.radius = self.radius.max(a.length()).max(b.length());
+        self.faces.push(ids);
+        self.planes.push((cross, a));
+        (cross, [a, b, DVec3::new(shape, 0.0, 0.0)])
+    }
+
+    /// The faces around the edge, by vertex ids.
+    pub(super) fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// The cheapest allowed place, if there is one.
+    pub(super) fn place(
+        &mut self,
+        surface: &Surface,
+        guards: &Guards,
+        params: &HullParams,
+    ) -> Option<Placement> {
+        MARGINS_REL
+            .iter()
+            .find_map(
+                |margin| match self.place_with(surface, guards, params, *margin) {
+                    Attempt::Placed(placement) => Some(Some(placement)),
+                    Attempt::Refused => Some(None),
+                    Attempt::Inside => None,
+                },
+            )
+            .flatten()
+    }
+
+    fn place_with(
+        &mut self,
+        surface: &Surface,
+        guards: &Guards,
+        params: &HullParams,
+        margin_rel: f64,
+    ) -> Attempt {
+        let ulp = self.origin.abs().max_element() * f64::EPSILON;
+        let margin = self.radius * margin_rel + 4.0 * ulp;
+        self.half_spaces.clear();
+        self.half_spaces
+            .extend(self.planes.iter().filter_map(|&(cross, point)| {
+                let normal = cross.try_normalize()?;
+                Some(HalfSpace {
+                    normal,
+                    offset: normal.dot(point) + margin,
+                })
+            }));
+        let gradient: DVec3 = self.planes.iter().map(|&(cross, _)| cross).sum();
+        let Solution::Optimal(local) =
+            lp::minimise(gradient, &mut self.half_spaces, self.radius * REACH)
+        else {
+            return Attempt::Refused;
+        };
+        let lifted = self.lifted(gradient);
+        let mut is_inside = false;
+        for local in std::iter::once(local).chain(lifted) {
+            let Some(shape) = self.shape_around(local, guards) else {
+                continue;
+            };
+            let position = self.origin + local;
+            if !self.is_outside(surface, position) {
+                is_inside = true;
+                continue;
+            }
+            let local = position - self.origin;
+            let added_volume = self.added_volume(local).max(0.0);
+            return Attempt::Placed(Placement {
+                position,
+                added_volume,
+                priority: added_volume + params.compactness_weight * shape,
+            });
+        }
+        if is_inside {
+            Attempt::Inside
+        } else {
+            Attempt::Refused
+        }
+    }
+
+    /// The edge's middle, moved along the gradient until it is outside all planes: not the cheapest place, but next to
+    /// the edge where the program's answer ran off sideways.
+    fn lifted(&self, gradient: DVec3) -> Option<DVec3> {
+        let up = gradient.try_normalize()?;
+        let mut height = 0.0_f64;
+        for h in &self.half_spaces {
+            let rate = h.normal.dot(up);
+            if rate > 1e-3 {
+                height = height.max(h.offset / rate);
+            } else if h.offset > 0.0 {
+                return None;
+            }
+        }
+        Some(up * height)
+    }
+
+    /// Whether the exact predicate puts the vertex on or outside every plane.
+    fn is_outside(&self, surface: &Surface, position: DVec3) -> bool {
+        self.faces.iter().all(|face| {
+            let [a, b, c] = face.map(|v| surface.position(v));
+            side_of_plane(a, b, c, position) >= 0.0
+        })
+    }
+
+    /// Six times the volume of the tetrahedra between the old faces and the vertex, over six.
+    fn added_volume(&self, local: DVec3) -> f64 {
+        self.planes
+            .iter()
+            .map(|&(cross, point)| cross.dot(local - point))
+            .sum::<f64>()
+            / 6.0
+    }
+
+    /// How bad the new faces' shapes are, as a volume; `None` when a guard forbids them.
+    fn shape_around(&self, local: DVec3, guards: &Guards) -> Option<f64> {
+        let worst_before = self
+            .ring
+            .iter()
+            .map(|e| e.compactness)
+            .fold(f64::INFINITY, f64::min);
+        let least = guards.min_compactness.min(worst_before * 0.5);
+        let mut badness = 0.0;
+        for edge in &self.ring {
+            let (to_from, to_to) = (edge.from - local, edge.to - local);
+            let cross = to_from.cross(to_to);
+            let length = cross.length();
+            let sides = to_from.length_squared()
+                + to_to.length_squared()
+                + edge.from.distance_squared(edge.to);
+            let shape = compactness(length, sides);
+            if shape < least || length == 0.0 {
+                return None;
+            }
+            if edge.compactness > VAGUE_COMPACTNESS
+                && cross.dot(edge.normal) < guards.min_turn_cosine * length
+            {
+                return None;
+            }
+            badness += (1.0 - shape) * sides * sides.sqrt();
+        }
+        Some(badness)
+    }
+}
+
+enum Attempt {
+    Placed(Placement),
+    Refused,
+    /// Only rounding is in the way.
+    Inside,
+}

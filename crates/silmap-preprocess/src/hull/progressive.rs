@@ -1,0 +1,152 @@
+//! The sequence of hulls, and levels taken out of it.
+
+use glam::DVec3;
+use silmap_geometry::{Bvh, TriangleMesh};
+use silmap_map::CoarseHull;
+
+use super::collapse::Collapsed;
+use super::surface::GONE;
+
+/// A sequence of nested hulls, from the model itself to the coarsest: a base mesh and vertex splits.
+#[derive(Clone, Debug)]
+pub struct ProgressiveHull {
+    pub(super) collapsed: Collapsed,
+    pub(super) original: Bvh,
+    pub(super) original_faces: usize,
+    /// In cubed units; negative for an inner hull, whose surface is turned inside out.
+    pub(super) original_volume: f64,
+    /// Object lengths per length in the collapsed surface: a power of two.
+    pub(super) unit: f64,
+    pub(super) is_inner: bool,
+}
+
+/// A mesh out of the sequence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HullLevel {
+    /// The hull, in object space, outward.
+    pub mesh: TriangleMesh,
+    /// P(v): per vertex, the point of the original surface it stands for.
+    pub surface_points: Vec<DVec3>,
+    /// Its volume.
+    pub volume: f64,
+    /// Its volume over the original's.
+    pub volume_ratio: f64,
+    /// Largest distance of a vertex from its P(v), in this and all finer levels; in the model's units.
+    pub distance: f64,
+    /// Whether the original encloses it, rather than the other way about.
+    pub is_inner: bool,
+}
+
+/// The numbers of one level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelSummary {
+    /// Its faces.
+    pub faces: usize,
+    /// Its volume over the original's.
+    pub volume_ratio: f64,
+    /// As [`HullLevel::distance`].
+    pub distance: f64,
+}
+
+impl ProgressiveHull {
+    /// Faces of the coarsest level.
+    #[must_use]
+    pub fn least_faces(&self) -> usize {
+        self.original_faces - 2 * self.collapsed.steps.len()
+    }
+
+    /// All levels, finest first, each with two faces less than the one before.
+    pub fn summaries(&self) -> impl Iterator<Item = LevelSummary> + '_ {
+        let mut volume = self.original_volume;
+        let first = LevelSummary {
+            faces: self.original_faces,
+            volume_ratio: 1.0,
+            distance: 0.0,
+        };
+        let steps = self.collapsed.steps.iter().enumerate();
+        std::iter::once(first).chain(steps.map(move |(i, step)| {
+            volume += step.added_volume;
+            LevelSummary {
+                faces: self.original_faces - 2 * (i + 1),
+                volume_ratio: volume / self.original_volume,
+                distance: step.distance * self.unit,
+            }
+        }))
+    }
+
+    /// The finest level of at most `faces` faces; the coarsest of all when none is that small.
+    #[must_use]
+    pub fn level(&self, faces: usize) -> HullLevel {
+        let steps = &self.collapsed.steps;
+        let done = self
+            .original_faces
+            .saturating_sub(faces)
+            .div_ceil(2)
+            .min(steps.len());
+        let mut origin = self.collapsed.surface.origin.clone();
+        let mut positions = self.collapsed.surface.positions.clone();
+        let mut surface_points = self.collapsed.surface_points.clone();
+        for step in steps[done..].iter().rev() {
+            let contraction = &step.contraction;
+            for &h in &self.collapsed.moved[step.moved.clone()] {
+                origin[h as usize] = contraction.removed;
+            }
+            for (face, corners) in contraction.faces {
+                let first = face as usize * 3;
+                origin[first..first + 3].copy_from_slice(&corners);
+            }
+            let ends = [contraction.kept, contraction.removed];
+            for (k, vertex) in ends.into_iter().enumerate() {
+                positions[vertex as usize] = contraction.positions[k];
+                surface_points[vertex as usize] = step.surface_points[k];
+            }
+        }
+        let mut mesh = TriangleMesh {
+            positions: positions.iter().map(|&p| p * self.unit).collect(),
+            faces: origin
+                .chunks_exact(3)
+                .filter(|f| f[0] != GONE)
+                .map(|f| self.outward([f[0], f[1], f[2]]))
+                .collect(),
+            ..TriangleMesh::default()
+        };
+        let surface_points = mesh
+            .drop_unused_vertices()
+            .into_iter()
+            .map(|v| self.on_original(positions[v as usize], surface_points[v as usize]))
+            .collect();
+        let volume = mesh.volume();
+        let original_volume = self.original_volume.abs() * self.unit.powi(3);
+        HullLevel {
+            surface_points,
+            volume,
+            volume_ratio: volume / original_volume,
+            distance: done
+                .checked_sub(1)
+                .map_or(0.0, |last| steps[last].distance * self.unit),
+            is_inner: self.is_inner,
+            mesh,
+        }
+    }
+
+    /// The level of at most `faces` faces in single precision.
+    #[must_use]
+    pub fn coarse_hull(&self, faces: usize) -> CoarseHull {
+        self.level(faces).round().hull
+    }
+
+    fn outward(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+        if self.is_inner { [a, c, b] } else { [a, b, c] }
+    }
+
+    /// P as it was interpolated, brought back onto the surface; in object space. (Between points of one face an
+    /// interpolated point lies on it, between others a little beside.)
+    fn on_original(&self, position: DVec3, surface_point: DVec3) -> DVec3 {
+        let p = if position == surface_point || self.original.is_empty() {
+            surface_point
+        } else {
+            self.original.closest_point(surface_point).0
+        };
+        p * self.unit
+    }
+}
