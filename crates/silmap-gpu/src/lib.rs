@@ -1,1 +1,16 @@
-//! Device, capability tier, read-back and shaders; knows nothing of silhouettes
+//! The graphics device: adapter and capability tier, read-back, mesh chunks and the shader table.
+//!
+//! Nothing here knows what a silhouette is. Everything works within WebGL2's limits (no compute, no storage buffers);
+//! what needs more asks for [`Tier::Full`].
+
+mod chunks;
+mod device;
+mod platform;
+mod readback;
+pub mod shaders;
+
+pub use chunks::{MeshChunk, split_faces};
+pub use device::{Gpu, GpuError, Tier};
+pub use platform::wait_for;
+pub use readback::{PendingRead, Readback, RowLayout};
+pub use wgpu;

@@ -1,1 +1,22 @@
-//! From an asset to a picture
+//! From an asset to a picture: the coarse hull, its paint, and the interpolated outline that clips it.
+//!
+//! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
+//! 1999, section 8.
+
+mod clip;
+mod frame;
+mod hull_paint;
+mod layouts;
+mod model;
+mod passes;
+mod picture;
+mod pipelines;
+mod renderer;
+mod targets;
+
+pub use frame::{
+    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, RenderError, RendererOptions,
+};
+pub use hull_paint::HullPaintUniform;
+pub use layouts::{MaterialUniform, TintUniform, ViewUniform};
+pub use renderer::Renderer;

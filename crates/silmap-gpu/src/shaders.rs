@@ -1,0 +1,71 @@
+//! The table of all shaders. A shader is its parts put one after the other; there is no preprocessor.
+
+/// A WGSL program with entry points `vs_main` and `fs_main`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shader {
+    /// Name of its last part, and label on the device.
+    pub name: &'static str,
+    /// Texts that make up the program, in order.
+    pub parts: &'static [&'static str],
+    /// Whether it must also run where there is only WebGL2.
+    pub web: bool,
+}
+
+impl Shader {
+    /// The whole program.
+    #[must_use]
+    pub fn source(&self) -> String {
+        self.parts.concat()
+    }
+
+    /// Compiles it.
+    #[must_use]
+    pub fn module(&self, device: &wgpu::Device) -> wgpu::ShaderModule {
+        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(self.name),
+            source: wgpu::ShaderSource::Wgsl(self.source().into()),
+        })
+    }
+}
+
+const VIEW: &str = include_str!("../../../shaders/shared/view.wgsl");
+const SCREEN: &str = include_str!("../../../shaders/shared/screen.wgsl");
+const HULL: &str = include_str!("../../../shaders/shared/hull.wgsl");
+
+macro_rules! shaders {
+    ($($(#[$doc:meta])* $constant:ident = $name:literal after [$($part:ident),*];)*) => {
+        $(
+            $(#[$doc])*
+            pub const $constant: Shader = Shader {
+                name: $name,
+                parts: &[$($part,)* include_str!(concat!("../../../shaders/", $name, ".wgsl"))],
+                web: true,
+            };
+        )*
+        /// All shaders.
+        pub const ALL: &[Shader] = &[$($constant),*];
+    };
+}
+
+shaders! {
+    /// One value wherever a mesh covers a pixel's centre.
+    CAPTURE_MASK = "capture_mask" after [VIEW];
+    /// The full mesh, lit.
+    SHADE_MODEL = "shade_model" after [VIEW];
+    /// Loops as triangle fans, for their effect on the stencil.
+    STENCIL_FILL = "stencil_fill" after [VIEW];
+    /// One everywhere, where the stencil lets it.
+    STENCIL_COVER = "stencil_cover" after [SCREEN];
+    /// Coverage near the segments of the outline.
+    EDGE_COVERAGE = "edge_coverage" after [VIEW];
+    /// The depth of the hull alone.
+    HULL_DEPTH = "hull_depth" after [VIEW, HULL];
+    /// The hull, textured or lit.
+    SHADE_HULL = "shade_hull" after [VIEW, HULL];
+    /// The hull as far as the coverage of the outline goes.
+    SHADE_HULL_COVERED = "shade_hull_covered" after [VIEW, HULL];
+    /// One colour by a coverage.
+    TINT = "tint" after [SCREEN];
+    /// Where two masks differ.
+    DIFFERENCE = "difference" after [SCREEN];
+}

@@ -1,0 +1,215 @@
+//! What a frame is asked for, and why there is none.
+
+use glam::DVec2;
+use silmap_geometry::{Camera, CameraError, Loop};
+use silmap_gpu::{GpuError, wgpu};
+use thiserror::Error;
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Mode {
+    /// The full mesh.
+    Original,
+    /// The hull without paint or clipping: its facets.
+    Coarse,
+    /// The painted hull without clipping.
+    Textured,
+    /// The painted hull clipped by the outline: the method itself.
+    #[default]
+    Clipped,
+    /// The outline alone.
+    Silhouette,
+    /// The full mesh, dim, with the pixels that the outline gets wrong: red where too much, blue where too little.
+    Difference,
+}
+
+impl Mode {
+    /// Whether the mode shows the full mesh.
+    #[must_use]
+    pub fn needs_model(self) -> bool {
+        matches!(self, Self::Original | Self::Difference)
+    }
+
+    /// Whether the mode is clipped by an outline or shows it.
+    #[must_use]
+    pub fn needs_outline(self) -> bool {
+        matches!(self, Self::Clipped | Self::Silhouette | Self::Difference)
+    }
+}
+
+/// How edges are smoothed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Antialias {
+    /// Not at all.
+    None,
+    /// The outline by its distance, a ramp one pixel wide; what is not clipped by an outline, by four samples.
+    #[default]
+    Soft,
+    /// Four samples a pixel.
+    Msaa,
+}
+
+/// What is behind the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Background {
+    /// Nothing: the picture's alpha is the coverage.
+    #[default]
+    Transparent,
+    /// One colour, sRGB-encoded.
+    Colour([u8; 3]),
+}
+
+/// Which points a layer of loops holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FillRule {
+    /// Those about which the loops of all layers wind a number of times other than zero.
+    NonZero,
+    /// Those that in every layer an odd number of loops surrounds; one to three layers.
+    EvenOddInAll,
+}
+
+/// A region of the image, as loops of whatever origin.
+#[derive(Clone, Copy, Debug)]
+pub struct ClipShape<'a> {
+    /// How the layers are read.
+    pub rule: FillRule,
+    /// Loops in pixels of the frame's camera.
+    pub layers: &'a [Vec<Loop>],
+    /// The region's outline without overlaps, for smoothing; may be empty unless [`Antialias::Soft`] or
+    /// [`Mode::Silhouette`] is asked for.
+    pub outline: &'a [Loop],
+}
+
+/// Set once for a renderer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RendererOptions {
+    /// Format of what is drawn to; it must encode sRGB by itself and be blendable.
+    pub target_format: wgpu::TextureFormat,
+}
+
+impl Default for RendererOptions {
+    fn default() -> Self {
+        Self {
+            target_format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        }
+    }
+}
+
+/// One frame.
+#[derive(Clone, Debug)]
+pub struct FrameParams {
+    /// The eye and the image.
+    pub camera: Camera,
+    /// What is drawn.
+    pub mode: Mode,
+    /// How edges are smoothed.
+    pub antialias: Antialias,
+    /// What is behind it.
+    pub background: Background,
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The device failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The camera cannot see the whole model.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// The image is larger than the adapter can draw.
+    #[error(
+        "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
+    )]
+    ImageTooLarge {
+        /// Columns asked for.
+        width: u32,
+        /// Rows asked for.
+        height: u32,
+        /// The adapter's limit.
+        limit: u32,
+    },
+    /// A mode that shows the hull or its outline has no asset.
+    #[error("no asset is loaded, and mode {mode:?} needs one")]
+    NoAsset {
+        /// The mode asked for.
+        mode: Mode,
+    },
+    /// A mode that shows the full mesh has none.
+    #[error("no model is loaded, and mode {mode:?} needs the full mesh")]
+    NoModel {
+        /// The mode asked for.
+        mode: Mode,
+    },
+    /// There are more layers of loops than the stencil holds.
+    #[error("{layers} layers of loops cannot be intersected: one to three can")]
+    LayerCount {
+        /// Layers given.
+        layers: usize,
+    },
+    /// A loop has a point that is not a number.
+    #[error("a loop of the outline has a point that is not finite")]
+    LoopNotFinite,
+    /// A texture's bytes are no picture.
+    #[error("texture {index} of the asset cannot be decoded: {reason}")]
+    BadTexture {
+        /// Which texture view; their count stands for the atlas.
+        index: usize,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// The texture views differ in size.
+    #[error(
+        "texture view {index} of the asset has {width} × {height} pixels, the first one {first_width} × {first_height}"
+    )]
+    TextureSizesDiffer {
+        /// The odd one.
+        index: usize,
+        /// Its columns.
+        width: u32,
+        /// Its rows.
+        height: u32,
+        /// Columns of the first.
+        first_width: u32,
+        /// Rows of the first.
+        first_height: u32,
+    },
+    /// A texture is larger than the adapter can hold.
+    #[error(
+        "a texture of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
+    )]
+    TextureTooLarge {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// The adapter's limit.
+        limit: u32,
+    },
+    /// There are more texture views than a face's visibility bits can name.
+    #[error("the asset has {count} texture views; at most {limit} can be used")]
+    TooManyTextures {
+        /// How many there are.
+        count: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// Parts of the asset do not belong together.
+    #[error("the asset's hull is broken: {what}")]
+    BadHull {
+        /// What does not fit.
+        what: &'static str,
+    },
+    /// A material's texture, or a material itself, is missing from the model.
+    #[error("the model's appearance is broken: {what}")]
+    BadModel {
+        /// What does not fit.
+        what: &'static str,
+    },
+}
+
+/// Whether all points of the loops are finite.
+pub(crate) fn all_finite<'a>(mut loops: impl Iterator<Item = &'a Loop>) -> bool {
+    loops.all(|points| points.iter().copied().all(DVec2::is_finite))
+}

@@ -1,0 +1,335 @@
+//! The renderer: one frame from an asset, a camera and an outline.
+//!
+//! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8: the outline into the stencil, the coarse mesh where the
+//! stencil lets it, the outline again as antialiased lines, the mesh by their alpha.
+
+use glam::DVec3;
+use silmap_geometry::lighting::linear_from_srgb;
+use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
+use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
+use silmap_map::Asset;
+
+use crate::clip::ClipBuffers;
+use crate::hull_paint::HullBuffers;
+use crate::layouts::{Layouts, TintUniform, ViewUniform, bind, uniform_buffer};
+use crate::model::ModelBuffers;
+use crate::passes::{Canvas, FrameRecorder};
+use crate::picture::unpremultiply;
+use crate::pipelines::Pipelines;
+use crate::targets::{SAMPLES, Targets, texture_2d};
+use crate::{Antialias, Background, ClipShape, FrameParams, Mode, RenderError, RendererOptions};
+
+/// Format of pictures that are read back.
+const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// Nearest depth over farthest: 24 bits of depth keep a thousandth apart from its neighbours over this range.
+const NEAREST_DEPTH_REL: f64 = 1e-3;
+
+/// Room before and behind the bounding sphere, as a factor on its radius: rounding must not clip what touches it.
+const DEPTH_MARGIN: f64 = 1.01;
+
+/// How bright the backdrop of [`Mode::Difference`] is.
+const BACKDROP_DIM: f32 = 0.35;
+
+/// Inside of the outline in [`Mode::Silhouette`], linear colour and alpha.
+const OUTLINE_FILL: [f32; 4] = [0.13, 0.30, 0.62, 0.30];
+
+/// Its line.
+const OUTLINE_LINE: [f32; 4] = [0.02, 0.06, 0.20, 1.0];
+
+/// Draws frames. What it draws is loaded once; what depends on the image's size is kept while the size stays.
+#[derive(Debug)]
+pub struct Renderer {
+    options: RendererOptions,
+    layouts: Layouts,
+    pipelines: Pipelines,
+    view: wgpu::Buffer,
+    view_group: wgpu::BindGroup,
+    tints: [wgpu::Buffer; 2],
+    clip: ClipBuffers,
+    targets: Option<Targets>,
+    hull: Option<HullBuffers>,
+    model: Option<ModelBuffers>,
+    bounds: Option<(DVec3, f64)>,
+    readback: Option<((u32, u32), wgpu::Texture, Readback)>,
+}
+
+impl Renderer {
+    /// A renderer with nothing loaded.
+    #[must_use]
+    pub fn new(gpu: &Gpu, options: RendererOptions) -> Self {
+        let layouts = Layouts::new(&gpu.device);
+        let view = uniform_buffer(
+            &gpu.device,
+            "view",
+            &bytemuck::Zeroable::zeroed() as &ViewUniform,
+        );
+        let view_group = bind(
+            &gpu.device,
+            "view",
+            &layouts.view,
+            &[view.as_entire_binding()],
+        );
+        let tints = [OUTLINE_FILL, OUTLINE_LINE]
+            .map(|colour| uniform_buffer(&gpu.device, "tint", &TintUniform { colour }));
+        Self {
+            options,
+            layouts,
+            pipelines: Pipelines::new(),
+            view,
+            view_group,
+            tints,
+            clip: ClipBuffers::new(gpu),
+            targets: None,
+            hull: None,
+            model: None,
+            bounds: None,
+            readback: None,
+        }
+    }
+
+    /// Takes an asset's hull, paint and silhouettes in place of those loaded before.
+    ///
+    /// # Errors
+    /// When its parts do not belong together, its textures cannot be decoded or are too large, or the device fails.
+    pub fn load_asset(&mut self, gpu: &Gpu, asset: &Asset) -> Result<(), RenderError> {
+        self.hull = Some(HullBuffers::new(gpu, &self.layouts, asset)?);
+        self.bounds = Some((asset.map.center, asset.map.radius));
+        Ok(())
+    }
+
+    /// Takes a full mesh in place of the one loaded before.
+    ///
+    /// # Errors
+    /// When its parts do not belong together, its textures are too large, or the device fails.
+    pub fn load_model(&mut self, gpu: &Gpu, mesh: &TriangleMesh) -> Result<(), RenderError> {
+        self.model = Some(ModelBuffers::new(gpu, &self.layouts, mesh)?);
+        Ok(())
+    }
+
+    /// Draws a frame clipped by `shape` and returns the picture.
+    ///
+    /// # Errors
+    /// When what the mode needs is not loaded, the camera is inside the model, the image or the shape is more than the
+    /// device can hold, or the device fails; always on the web, where nothing may wait.
+    pub fn render_shape(
+        &mut self,
+        gpu: &Gpu,
+        params: &FrameParams,
+        shape: &ClipShape<'_>,
+    ) -> Result<ColourImage, RenderError> {
+        let (pending, texture) = self.start(gpu, params, shape)?;
+        let (pixels, readback) = pending.wait(gpu)?;
+        Ok(self.finish(params, pixels, (texture, readback)))
+    }
+
+    /// As [`Renderer::render_shape`], without waiting.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_shape`].
+    pub async fn render_shape_async(
+        &mut self,
+        gpu: &Gpu,
+        params: &FrameParams,
+        shape: &ClipShape<'_>,
+    ) -> Result<ColourImage, RenderError> {
+        let (pending, texture) = self.start(gpu, params, shape)?;
+        let (pixels, readback) = pending.finish(gpu).await?;
+        Ok(self.finish(params, pixels, (texture, readback)))
+    }
+
+    /// Records a frame into `encoder`, drawn to `target`, which has the options' format and the camera's size. Colours are
+    /// premultiplied by alpha. At most one frame may be recorded between two submissions.
+    ///
+    /// # Errors
+    /// As [`Renderer::render_shape`].
+    pub fn record_shape(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        (params, shape): (&FrameParams, &ClipShape<'_>),
+    ) -> Result<(), RenderError> {
+        let canvas = Canvas {
+            view: target,
+            format: self.options.target_format,
+            background: clear_colour(params.background),
+        };
+        self.record(gpu, encoder, canvas, (params, shape))
+    }
+
+    fn start(
+        &mut self,
+        gpu: &Gpu,
+        params: &FrameParams,
+        shape: &ClipShape<'_>,
+    ) -> Result<(PendingRead, wgpu::Texture), RenderError> {
+        check_size(gpu, &params.camera)?;
+        let size_px = (params.camera.width_px, params.camera.height_px);
+        let (texture, readback) = match self.readback.take() {
+            Some((size, texture, readback)) if size == size_px => (texture, readback),
+            _ => {
+                let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+                let texture = texture_2d(&gpu.device, "picture", size_px, PICTURE, (1, usage));
+                (texture, Readback::new(gpu, size_px, PICTURE)?)
+            }
+        };
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor {
+                label: Some("frame"),
+            });
+        let canvas = Canvas {
+            view: &view,
+            format: PICTURE,
+            background: clear_colour(params.background),
+        };
+        self.record(gpu, &mut encoder, canvas, (params, shape))?;
+        Ok((readback.start(gpu, encoder, &texture), texture))
+    }
+
+    fn finish(
+        &mut self,
+        params: &FrameParams,
+        mut rgba: Vec<u8>,
+        (texture, readback): (wgpu::Texture, Readback),
+    ) -> ColourImage {
+        let (width, height) = (params.camera.width_px, params.camera.height_px);
+        self.readback = Some(((width, height), texture, readback));
+        if params.background == Background::Transparent {
+            unpremultiply(&mut rgba);
+        }
+        ColourImage {
+            width,
+            height,
+            rgba,
+        }
+    }
+
+    fn record(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        canvas: Canvas<'_>,
+        (params, shape): (&FrameParams, &ClipShape<'_>),
+    ) -> Result<(), RenderError> {
+        gpu.check()?;
+        check_size(gpu, &params.camera)?;
+        self.check_eye(&params.camera)?;
+        let size_px = (params.camera.width_px, params.camera.height_px);
+        if self.targets.as_ref().is_none_or(|t| t.size_px != size_px) {
+            self.targets = Some(Targets::new(&gpu.device, &self.layouts, size_px));
+        }
+        self.write_view(gpu, params)?;
+        if params.mode.needs_outline() {
+            self.clip.load(gpu, shape)?;
+        }
+        let mut frame = FrameRecorder {
+            gpu,
+            encoder,
+            canvas,
+            layouts: &self.layouts,
+            pipelines: &mut self.pipelines,
+            view_group: &self.view_group,
+            clip: &self.clip,
+            targets: self
+                .targets
+                .as_mut()
+                .expect("invariant: made just above for this size"),
+        };
+        match (params.mode, &mut self.hull, &self.model) {
+            (Mode::Original, _, Some(model)) => frame.original(model, params.antialias),
+            (Mode::Coarse | Mode::Textured, Some(hull), _) => {
+                hull.choose_layers(gpu, params.camera.eye, params.mode == Mode::Textured);
+                frame.whole_hull(hull, params.antialias);
+            }
+            (Mode::Clipped, Some(hull), _) => {
+                hull.choose_layers(gpu, params.camera.eye, true);
+                match params.antialias {
+                    Antialias::Soft => frame.softly_clipped(hull),
+                    Antialias::None => frame.clipped(hull, 1),
+                    Antialias::Msaa => frame.clipped(hull, SAMPLES),
+                }
+            }
+            (Mode::Silhouette, _, _) => frame.silhouette(&self.tints, params.antialias),
+            (Mode::Difference, _, Some(model)) => frame.difference(model),
+            (mode @ (Mode::Original | Mode::Difference), _, None) => {
+                return Err(RenderError::NoModel { mode });
+            }
+            (mode, None, _) => return Err(RenderError::NoAsset { mode }),
+        }
+        gpu.check()?;
+        Ok(())
+    }
+
+    /// Whether the eye is outside of what is loaded.
+    fn check_eye(&self, camera: &Camera) -> Result<(), RenderError> {
+        let of_model = self.model.as_ref().map(|m| (m.origin, m.radius));
+        if let Some((center, radius)) = self.bounds.or(of_model) {
+            let distance = camera.eye.distance(center);
+            if distance <= radius {
+                return Err(CameraError::EyeInsideBounds { distance, radius }.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings camera and light to the device.
+    fn write_view(&self, gpu: &Gpu, params: &FrameParams) -> Result<(), RenderError> {
+        let mode = params.mode;
+        let (origin, radius) = if mode.needs_model() {
+            let model = self.model.as_ref().ok_or(RenderError::NoModel { mode })?;
+            (model.origin, model.radius)
+        } else if let Some(hull) = &self.hull {
+            (hull.origin, hull.radius)
+        } else {
+            (DVec3::ZERO, 1.0)
+        };
+        let dim = if mode == Mode::Difference {
+            BACKDROP_DIM
+        } else {
+            1.0
+        };
+        let (near, far) = depth_range(&params.camera, origin, radius);
+        let uniform = ViewUniform::new(&params.camera, origin, near, far, dim);
+        gpu.queue
+            .write_buffer(&self.view, 0, bytemuck::bytes_of(&uniform));
+        Ok(())
+    }
+}
+
+/// The colour that stands for a background, linear and premultiplied.
+fn clear_colour(background: Background) -> wgpu::Color {
+    match background {
+        Background::Transparent => wgpu::Color::TRANSPARENT,
+        Background::Colour(encoded) => {
+            let [r, g, b] = encoded.map(|c| f64::from(linear_from_srgb(f32::from(c) / 255.0)));
+            wgpu::Color { r, g, b, a: 1.0 }
+        }
+    }
+}
+
+fn check_size(gpu: &Gpu, camera: &Camera) -> Result<(), RenderError> {
+    let (width, height) = (camera.width_px, camera.height_px);
+    if width == 0 || height == 0 {
+        return Err(CameraError::ImageSize { width, height }.into());
+    }
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    if width > limit || height > limit {
+        return Err(RenderError::ImageTooLarge {
+            width,
+            height,
+            limit,
+        });
+    }
+    Ok(())
+}
+
+/// Depths between which a sphere lies as seen by a camera.
+fn depth_range(camera: &Camera, center: DVec3, radius: f64) -> (f64, f64) {
+    let depth = camera.depth(center);
+    let room = (radius * DEPTH_MARGIN).max(f64::MIN_POSITIVE);
+    let far = (depth + room).max(room);
+    ((depth - room).max(far * NEAREST_DEPTH_REL), far)
+}
