@@ -21,8 +21,9 @@ fn vs_main(@builtin(vertex_index) vertex_ix: u32, @location(0) segment: vec4f) -
     let n = vec2f(-t.y, t.x);
     // Past this distance the ramp has ended, and a pixel centre has room to spare.
     let reach = max(at_edge, 1.0 - at_edge) + 0.5;
+    // Two triangles over the start and end of both sides: s e S, e S E.
     let is_end = (vertex_ix & 1u) == 1u;
-    let is_left = (vertex_ix == 2u) || (vertex_ix == 3u) || (vertex_ix == 5u);
+    let is_left = (vertex_ix == 2u) || (vertex_ix >= 4u);
     let base = select(segment.xy - t * reach, segment.zw + t * reach, is_end);
     let point_px = base + n * select(-reach, reach, is_left);
     var out: EdgeFragment;

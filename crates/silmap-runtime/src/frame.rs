@@ -3,6 +3,8 @@
 use glam::DVec2;
 use silmap_geometry::{Camera, CameraError, Loop};
 use silmap_gpu::{GpuError, wgpu};
+use silmap_map::interpolate::{InterpolateError, Method};
+use silmap_map::polytope::PolytopeError;
 use thiserror::Error;
 
 /// What is drawn.
@@ -80,6 +82,15 @@ pub struct ClipShape<'a> {
     pub outline: &'a [Loop],
 }
 
+impl ClipShape<'_> {
+    /// The region without a point.
+    pub const EMPTY: Self = Self {
+        rule: FillRule::NonZero,
+        layers: &[],
+        outline: &[],
+    };
+}
+
 /// Set once for a renderer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RendererOptions {
@@ -102,6 +113,8 @@ pub struct FrameParams {
     pub camera: Camera,
     /// What is drawn.
     pub mode: Mode,
+    /// How the outline is interpolated.
+    pub method: Method,
     /// How edges are smoothed.
     pub antialias: Antialias,
     /// What is behind it.
@@ -118,6 +131,12 @@ pub enum RenderError {
     /// The camera cannot see the whole model.
     #[error(transparent)]
     Camera(#[from] CameraError),
+    /// The outline cannot be interpolated.
+    #[error(transparent)]
+    Interpolate(#[from] InterpolateError),
+    /// The silhouette map is broken.
+    #[error(transparent)]
+    Map(#[from] PolytopeError),
     /// The image is larger than the adapter can draw.
     #[error(
         "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"

@@ -7,7 +7,8 @@ use glam::DVec3;
 use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
 use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
-use silmap_map::Asset;
+use silmap_map::interpolate::{self, Outline, Scratch};
+use silmap_map::{Asset, SilhouetteMap};
 
 use crate::clip::ClipBuffers;
 use crate::hull_paint::HullBuffers;
@@ -17,7 +18,9 @@ use crate::passes::{Canvas, FrameRecorder};
 use crate::picture::unpremultiply;
 use crate::pipelines::Pipelines;
 use crate::targets::{SAMPLES, Targets, texture_2d};
-use crate::{Antialias, Background, ClipShape, FrameParams, Mode, RenderError, RendererOptions};
+use crate::{
+    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, RenderError, RendererOptions,
+};
 
 /// Format of pictures that are read back.
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -50,7 +53,7 @@ pub struct Renderer {
     targets: Option<Targets>,
     hull: Option<HullBuffers>,
     model: Option<ModelBuffers>,
-    bounds: Option<(DVec3, f64)>,
+    map: Option<(SilhouetteMap, Scratch)>,
     readback: Option<((u32, u32), wgpu::Texture, Readback)>,
 }
 
@@ -83,7 +86,7 @@ impl Renderer {
             targets: None,
             hull: None,
             model: None,
-            bounds: None,
+            map: None,
             readback: None,
         }
     }
@@ -93,8 +96,9 @@ impl Renderer {
     /// # Errors
     /// When its parts do not belong together, its textures cannot be decoded or are too large, or the device fails.
     pub fn load_asset(&mut self, gpu: &Gpu, asset: &Asset) -> Result<(), RenderError> {
+        let scratch = Scratch::new(&asset.map)?;
         self.hull = Some(HullBuffers::new(gpu, &self.layouts, asset)?);
-        self.bounds = Some((asset.map.center, asset.map.radius));
+        self.map = Some((asset.map.clone(), scratch));
         Ok(())
     }
 
@@ -107,7 +111,59 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws a frame clipped by `shape` and returns the picture.
+    /// Draws a frame, clipped by the outline that the asset gives where the mode asks for one, and returns the picture.
+    ///
+    /// # Errors
+    /// When what the mode needs is not loaded, the camera is inside the model, the image is more than the device can hold,
+    /// or the device fails; always on the web, where nothing may wait.
+    pub fn render(&mut self, gpu: &Gpu, params: &FrameParams) -> Result<ColourImage, RenderError> {
+        let outline = self.outline(params)?;
+        self.render_shape(gpu, params, &clip_shape(outline.as_ref()))
+    }
+
+    /// As [`Renderer::render`], without waiting.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub async fn render_async(
+        &mut self,
+        gpu: &Gpu,
+        params: &FrameParams,
+    ) -> Result<ColourImage, RenderError> {
+        let outline = self.outline(params)?;
+        let shape = clip_shape(outline.as_ref());
+        self.render_shape_async(gpu, params, &shape).await
+    }
+
+    /// Records a frame into `encoder`, drawn to `target`, which has the options' format and the camera's size. Colours are
+    /// premultiplied by alpha. At most one frame may be recorded between two submissions.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn record(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        params: &FrameParams,
+    ) -> Result<(), RenderError> {
+        let outline = self.outline(params)?;
+        let shape = clip_shape(outline.as_ref());
+        self.record_shape(gpu, encoder, target, (params, &shape))
+    }
+
+    /// The outline of the frame, where its mode asks for one.
+    fn outline(&mut self, params: &FrameParams) -> Result<Option<Outline>, RenderError> {
+        let mode = params.mode;
+        if !mode.needs_outline() {
+            return Ok(None);
+        }
+        let (map, scratch) = self.map.as_mut().ok_or(RenderError::NoAsset { mode })?;
+        let outline = interpolate::outline(map, &params.camera, params.method, scratch)?;
+        Ok(Some(outline))
+    }
+
+    /// Draws a frame clipped by `shape`, whatever its origin, and returns the picture.
     ///
     /// # Errors
     /// When what the mode needs is not loaded, the camera is inside the model, the image or the shape is more than the
@@ -138,8 +194,7 @@ impl Renderer {
         Ok(self.finish(params, pixels, (texture, readback)))
     }
 
-    /// Records a frame into `encoder`, drawn to `target`, which has the options' format and the camera's size. Colours are
-    /// premultiplied by alpha. At most one frame may be recorded between two submissions.
+    /// As [`Renderer::record`], clipped by `shape`.
     ///
     /// # Errors
     /// As [`Renderer::render_shape`].
@@ -155,7 +210,7 @@ impl Renderer {
             format: self.options.target_format,
             background: clear_colour(params.background),
         };
-        self.record(gpu, encoder, canvas, (params, shape))
+        self.record_frame(gpu, encoder, canvas, (params, shape))
     }
 
     fn start(
@@ -185,7 +240,7 @@ impl Renderer {
             format: PICTURE,
             background: clear_colour(params.background),
         };
-        self.record(gpu, &mut encoder, canvas, (params, shape))?;
+        self.record_frame(gpu, &mut encoder, canvas, (params, shape))?;
         Ok((readback.start(gpu, encoder, &texture), texture))
     }
 
@@ -207,7 +262,7 @@ impl Renderer {
         }
     }
 
-    fn record(
+    fn record_frame(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
@@ -266,7 +321,8 @@ impl Renderer {
     /// Whether the eye is outside of what is loaded.
     fn check_eye(&self, camera: &Camera) -> Result<(), RenderError> {
         let of_model = self.model.as_ref().map(|m| (m.origin, m.radius));
-        if let Some((center, radius)) = self.bounds.or(of_model) {
+        let of_asset = self.map.as_ref().map(|(map, _)| (map.center, map.radius));
+        if let Some((center, radius)) = of_asset.or(of_model) {
             let distance = camera.eye.distance(center);
             if distance <= radius {
                 return Err(CameraError::EyeInsideBounds { distance, radius }.into());
@@ -297,6 +353,18 @@ impl Renderer {
             .write_buffer(&self.view, 0, bytemuck::bytes_of(&uniform));
         Ok(())
     }
+}
+
+/// The shape of an outline: one region by winding, or several intersected by parity.
+fn clip_shape(outline: Option<&Outline>) -> ClipShape<'_> {
+    outline.map_or(ClipShape::EMPTY, |outline| ClipShape {
+        rule: match outline.layers.len() {
+            1 => FillRule::NonZero,
+            _ => FillRule::EvenOddInAll,
+        },
+        layers: &outline.layers,
+        outline: outline.simple_loops(),
+    })
 }
 
 /// The colour that stands for a background, linear and premultiplied.
