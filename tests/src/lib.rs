@@ -1,1 +1,5 @@
-//! Helpers shared by the test suites.
+//! What the test suites share.
+
+pub mod device;
+pub mod scene;
+pub mod tolerance;

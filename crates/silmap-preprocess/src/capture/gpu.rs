@@ -14,7 +14,7 @@
 use std::collections::VecDeque;
 
 use glam::{DMat4, DVec3};
-use silmap_geometry::{Camera, Mask, TriangleMesh};
+use silmap_geometry::{Camera, CameraError, Mask, TriangleMesh};
 use silmap_gpu::{Gpu, GpuError, PendingRead, Readback, shaders, split_faces, wgpu};
 use wgpu::util::DeviceExt;
 
@@ -76,7 +76,11 @@ impl GpuCapture {
                 let positions: Vec<[f32; 3]> = chunk
                     .vertices
                     .iter()
-                    .map(|&v| (mesh.positions[v as usize] - bounds.center).as_vec3().to_array())
+                    .map(|&v| {
+                        (mesh.positions[v as usize] - bounds.center)
+                            .as_vec3()
+                            .to_array()
+                    })
                     .collect();
                 let buffer = |label, contents, usage| {
                     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -128,7 +132,7 @@ impl GpuCapture {
     /// Draws the mesh from each camera and hands out the masks in the cameras' order, with the camera's number.
     ///
     /// # Errors
-    /// When an image is larger than the device can draw, the device fails, or `each` does, which stops the capture.
+    /// When an eye lies in the bounding sphere, an image is larger than the device can draw, the device fails, or `each` does, which stops the capture.
     pub fn capture(
         &self,
         cameras: &[Camera],
@@ -138,6 +142,11 @@ impl GpuCapture {
         let mut waiting: VecDeque<InFlight> = VecDeque::new();
         let mut free: Vec<Slot> = Vec::new();
         for (index, camera) in cameras.iter().enumerate() {
+            let distance = camera.eye.distance(self.origin);
+            if distance <= self.radius {
+                let radius = self.radius;
+                return Err(CameraError::EyeInsideBounds { distance, radius }.into());
+            }
             if camera.width_px.max(camera.height_px) > limit {
                 return Err(CaptureError::ImageTooLarge {
                     width: camera.width_px,
@@ -243,10 +252,8 @@ impl GpuCapture {
     fn view_group(&self, camera: &Camera) -> wgpu::BindGroup {
         // Nothing is hidden in a mask: depth only has to stay within what is drawn.
         let depth = camera.depth(self.origin);
-        let (near, far) = (
-            (depth - 2.0 * self.radius).max(depth * 1e-3),
-            depth + 2.0 * self.radius,
-        );
+        let far = depth.max(0.0) + 2.0 * self.radius;
+        let near = (depth - 2.0 * self.radius).max(far * 1e-4);
         let clip = camera.clip_from_object(near, far) * DMat4::from_translation(self.origin);
         let mut bytes = vec![0; VIEW_BYTES as usize];
         bytes[..64].copy_from_slice(bytemuck::bytes_of(&clip.as_mat4().to_cols_array()));

@@ -7,11 +7,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use silmap_geometry::{Bounds, Camera, CameraError, CoverageRule, Mask, TriangleMesh};
+use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
 use crate::progress::{Interrupted, Monitor, Stage};
 
 pub mod cpu;
+pub mod gpu;
 
 /// Who draws the masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,6 +23,8 @@ pub enum Backend {
     Auto,
     /// The processor: the same masks on every machine and for every number of threads.
     Cpu,
+    /// The graphics device, for [`CoverageRule::Center`]; other rules are drawn by the processor all the same.
+    Gpu,
 }
 
 /// How to capture.
@@ -39,6 +43,24 @@ pub enum CaptureError {
     /// The caller asked to stop.
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
+    /// An eye from which the graphics device cannot draw the whole model.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// The graphics device is missing or failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The graphics device cannot draw images of this size.
+    #[error(
+        "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
+    )]
+    ImageTooLarge {
+        /// Columns asked for.
+        width: u32,
+        /// Rows asked for.
+        height: u32,
+        /// The adapter's limit.
+        limit: u32,
+    },
     /// Part of the model lies behind the eye or beside it, where no image reaches.
     #[error("vertex {vertex} lies behind the eye or too close to it: move the eye farther out")]
     BehindEye {
@@ -127,8 +149,9 @@ pub fn capture(
     monitor: &Monitor<'_>,
 ) -> Result<Vec<Mask>, CaptureError> {
     monitor.start(Stage::Capture, cameras.len() as u64);
-    let masks = match params.backend {
-        Backend::Auto | Backend::Cpu => cameras
+    let masks = match (params.backend, params.coverage) {
+        (Backend::Gpu, CoverageRule::Center) => capture_by_device(mesh, cameras, monitor)?,
+        (Backend::Auto | Backend::Cpu | Backend::Gpu, _) => cameras
             .par_iter()
             .map(|camera| {
                 monitor.check()?;
@@ -140,6 +163,23 @@ pub fn capture(
             .collect::<Result<Vec<_>, CaptureError>>()?,
     };
     monitor.finish(Stage::Capture);
+    Ok(masks)
+}
+
+/// All masks from a device of their own.
+fn capture_by_device(
+    mesh: &TriangleMesh,
+    cameras: &[Camera],
+    monitor: &Monitor<'_>,
+) -> Result<Vec<Mask>, CaptureError> {
+    let gpu = Gpu::new()?;
+    let mut masks = Vec::with_capacity(cameras.len());
+    gpu::GpuCapture::new(&gpu, mesh)?.capture(cameras, &mut |_, mask| {
+        monitor.check()?;
+        masks.push(mask);
+        monitor.advance(Stage::Capture, 1);
+        Ok(())
+    })?;
     Ok(masks)
 }
 

@@ -1,0 +1,22 @@
+//! The graphics device of a test.
+
+use silmap_gpu::Gpu;
+
+/// A fresh device, or nothing when the environment says `SILMAP_GPU=skip`, which is the only way to do without one.
+///
+/// # Panics
+/// When there is no device and nobody said to skip.
+#[must_use]
+pub fn open_or_skip() -> Option<Gpu> {
+    if std::env::var_os("SILMAP_GPU").is_some_and(|v| v == "skip") {
+        eprintln!("skipped: SILMAP_GPU=skip");
+        return None;
+    }
+    match Gpu::new() {
+        Ok(gpu) => {
+            eprintln!("adapter: {}", gpu.adapter_name());
+            Some(gpu)
+        }
+        Err(reason) => panic!("{reason} (SILMAP_GPU=skip skips the tests that need one)"),
+    }
+}

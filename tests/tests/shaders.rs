@@ -1,0 +1,187 @@
+//! All shaders, without a device: each file is used, each program is valid with no optional capability, each uniform struct
+//! lies in memory as the shader reads it, and what must run on WebGL2 can be written as GLSL ES 3.00.
+
+use std::collections::BTreeSet;
+use std::mem::offset_of;
+use std::path::Path;
+
+use naga::back::glsl;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use silmap_gpu::shaders::{self, Shader};
+use silmap_runtime::{HullPaintUniform, MaterialUniform, TintUniform, ViewUniform};
+
+fn parsed(shader: &Shader) -> (naga::Module, ModuleInfo) {
+    let source = shader.source();
+    let module = naga::front::wgsl::parse_str(&source)
+        .unwrap_or_else(|e| panic!("{}: {}", shader.name, e.emit_to_string(&source)));
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap_or_else(|e| panic!("{}: {}", shader.name, e.emit_to_string(&source)));
+    (module, info)
+}
+
+#[test]
+fn every_program_is_valid_and_has_its_entry_points() {
+    assert!(!shaders::ALL.is_empty(), "nothing was checked");
+    for shader in shaders::ALL {
+        let (module, _) = parsed(shader);
+        let names: Vec<&str> = module
+            .entry_points
+            .iter()
+            .map(|e| e.name.as_str())
+            .collect();
+        assert_eq!(names.len(), 2, "{}: {names:?}", shader.name);
+        assert!(
+            names.contains(&"vs_main") && names.contains(&"fs_main"),
+            "{}",
+            shader.name
+        );
+    }
+}
+
+#[test]
+fn an_invalid_program_is_noticed() {
+    let broken = "@fragment fn fs_main() -> @location(0) vec4f { return vec3f(1.0); }";
+    let module = naga::front::wgsl::parse_str(broken).ok();
+    let valid = module.is_some_and(|m| {
+        Validator::new(ValidationFlags::all(), Capabilities::empty())
+            .validate(&m)
+            .is_ok()
+    });
+    assert!(!valid, "a vec3f passed for a vec4f");
+}
+
+/// Texts of all files of a folder and of those in it.
+fn texts(folder: &Path, into: &mut Vec<(String, String)>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            texts(&path, into);
+        } else if path.extension().is_some_and(|e| e == "wgsl") {
+            into.push((
+                path.display().to_string(),
+                std::fs::read_to_string(&path).unwrap(),
+            ));
+        }
+    }
+}
+
+#[test]
+fn every_file_is_part_of_a_program() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
+    let mut files = Vec::new();
+    texts(&folder, &mut files);
+    assert!(!files.is_empty(), "no shader file was found");
+    let used: BTreeSet<&str> = shaders::ALL
+        .iter()
+        .flat_map(|s| s.parts.iter().copied())
+        .collect();
+    for (path, text) in &files {
+        assert!(used.contains(text.as_str()), "{path} belongs to no shader");
+    }
+    assert_eq!(
+        files.len(),
+        used.len(),
+        "a shader has a part that is no file"
+    );
+}
+
+/// Name, offset and size of each member of a WGSL struct, and the struct's size.
+fn wgsl_layout(shader: &Shader, name: &str) -> (Vec<(String, u32)>, u32) {
+    let (module, _) = parsed(shader);
+    let (_, found) = module
+        .types
+        .iter()
+        .find(|(_, t)| t.name.as_deref() == Some(name))
+        .unwrap_or_else(|| panic!("{} has no struct {name}", shader.name));
+    let naga::TypeInner::Struct { members, span } = &found.inner else {
+        panic!("{name} is no struct");
+    };
+    let members = members
+        .iter()
+        .map(|m| (m.name.clone().unwrap_or_default(), m.offset))
+        .collect();
+    (members, *span)
+}
+
+/// Offsets of a Rust struct's fields, by name.
+macro_rules! rust_layout {
+    ($type:ty, $($field:ident),*) => {
+        (
+            vec![$((stringify!($field).to_owned(), offset_of!($type, $field) as u32)),*],
+            size_of::<$type>() as u32,
+        )
+    };
+}
+
+#[test]
+fn uniforms_lie_in_memory_as_the_shaders_read_them() {
+    let pairs = [
+        (
+            wgsl_layout(&shaders::SHADE_MODEL, "View"),
+            rust_layout!(ViewUniform, clip_from_object, lights, size_px, ambient, dim),
+        ),
+        (
+            wgsl_layout(&shaders::SHADE_MODEL, "ModelMaterial"),
+            rust_layout!(MaterialUniform, base_colour),
+        ),
+        (
+            wgsl_layout(&shaders::TINT, "Tint"),
+            rust_layout!(TintUniform, colour),
+        ),
+        (
+            wgsl_layout(&shaders::SHADE_HULL, "HullPaint"),
+            rust_layout!(HullPaintUniform, texture_from_object, albedo),
+        ),
+    ];
+    for (wgsl, rust) in pairs {
+        assert_eq!(wgsl, rust);
+    }
+}
+
+#[test]
+fn a_struct_in_another_order_is_noticed() {
+    let swapped = rust_layout!(ViewUniform, clip_from_object, lights, ambient, size_px, dim);
+    assert_ne!(wgsl_layout(&shaders::SHADE_MODEL, "View"), swapped);
+}
+
+#[test]
+fn web_programs_can_be_written_for_webgl2() {
+    let mut written = 0;
+    for shader in shaders::ALL.iter().filter(|s| s.web) {
+        let (module, info) = parsed(shader);
+        // Constants that a pipeline sets keep their defaults here.
+        let (module, info) = naga::back::pipeline_constants::process_overrides(
+            &module,
+            &info,
+            None,
+            &naga::back::PipelineConstants::default(),
+        )
+        .unwrap_or_else(|e| panic!("{}: {e}", shader.name));
+        let options = glsl::Options {
+            version: glsl::Version::new_gles(300),
+            ..Default::default()
+        };
+        for entry in &module.entry_points {
+            let pipeline = glsl::PipelineOptions {
+                shader_stage: entry.stage,
+                entry_point: entry.name.clone(),
+                multiview: None,
+            };
+            let mut text = String::new();
+            glsl::Writer::new(
+                &mut text,
+                &module,
+                &info,
+                &options,
+                &pipeline,
+                naga::proc::BoundsCheckPolicies::default(),
+            )
+            .and_then(|mut writer| writer.write())
+            .unwrap_or_else(|e| panic!("{} {}: {e}", shader.name, entry.name));
+            assert!(text.starts_with("#version 300 es"), "{}", shader.name);
+            written += 1;
+        }
+    }
+    assert!(written > 0, "nothing was written");
+}
