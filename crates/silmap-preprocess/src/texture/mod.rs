@@ -12,7 +12,7 @@ mod surface;
 mod views;
 mod visibility;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use image::ImageError;
 use rayon::prelude::*;
 use silmap_geometry::{Bvh, Camera, CameraError, ClosedMesh, TriangleMesh};
@@ -220,6 +220,32 @@ fn draw_mesh(camera: &Camera, mesh: &TriangleMesh) -> ItemBuffer {
     ItemBuffer::draw(camera, mesh.faces.len(), |f| mesh.corners(f))
 }
 
+/// Room left around the hull in a picture, as a factor on the half-tangent: two or three pixels for filtering.
+const FRAME_MARGIN: f64 = 1.01;
+
+/// The same camera with the narrowest field of view that holds the hull and all P(v): most models leave much of their
+/// bounding sphere empty, and the picture's pixels are better spent on the model. Nothing changes when the hull reaches
+/// behind the eye.
+fn fit_to_hull(camera: &Camera, hull: &HullFaces) -> Camera {
+    let points = hull.corners.iter().chain(&hull.surface_corners).flatten();
+    let tangent = points.fold(0.0_f64, |tangent, &p| {
+        let depth = camera.depth(p);
+        let aside = (p - camera.eye).dot(camera.right).abs();
+        let above = (p - camera.eye).dot(camera.up).abs();
+        match depth > 0.0 {
+            true => tangent.max(aside.max(above) / depth),
+            false => f64::INFINITY,
+        }
+    });
+    match tangent.is_finite() {
+        true => Camera {
+            half_tangent: DVec2::splat(tangent * FRAME_MARGIN),
+            ..*camera
+        },
+        false => *camera,
+    }
+}
+
 fn choose(
     original: &ClosedMesh,
     hull: &HullFaces,
@@ -233,6 +259,7 @@ fn choose(
         .into_par_iter()
         .map(|camera| {
             monitor.check()?;
+            let camera = fit_to_hull(&camera, hull);
             let buffer = draw_mesh(&camera, original.mesh());
             let paintable = visibility::paintable_faces(hull, &buffer, &camera, bounds.radius);
             monitor.advance(Stage::Textures, 1);

@@ -107,7 +107,7 @@ impl Picture {
     /// As a PNG file.
     pub(super) fn to_png(&self) -> Result<EncodedImage, ImageError> {
         let mut bytes = Vec::new();
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
             .write_image(
                 &self.to_srgb(),
                 self.width as u32,

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use glam::DVec2;
 use image::RgbImage;
 use silmap_geometry::Appearance;
 use silmap_geometry::lighting::linear_from_srgb;
@@ -143,6 +142,20 @@ fn the_atlas_shows_the_colour_of_each_face() {
                 "face {face} at {weights:?}"
             );
         }
+    }
+}
+
+#[test]
+fn pictures_hold_the_hull_and_little_else() {
+    let hull = HullFaces::new(&cube_hull());
+    for view in bake_cube(&small_params()).views {
+        let size = view.camera.size();
+        let offsets = hull.corners.iter().flatten().map(|&p| {
+            let aside = view.camera.image_from_object(p) / size * 2.0 - 1.0;
+            aside.abs().max_element()
+        });
+        let farthest = offsets.fold(0.0, f64::max);
+        assert!((0.98..1.0).contains(&farthest), "{farthest}");
     }
 }
 
