@@ -1,15 +1,7 @@
 //! The one question that every silhouette comes from: does a face show its front to a viewpoint?
 
 use glam::DVec3;
-use robust::{Coord3D, orient3d};
-
-fn coord(p: DVec3) -> Coord3D<f64> {
-    Coord3D {
-        x: p.x,
-        y: p.y,
-        z: p.z,
-    }
-}
+use silmap_geometry::predicates::side_of_plane;
 
 /// Whether the face with these corners (counter-clockwise seen from outside) is front-facing for `eye`:
 /// (eye − a)·n > 0.
@@ -18,8 +10,7 @@ fn coord(p: DVec3) -> Coord3D<f64> {
 /// and a face without area, are never front-facing.
 #[must_use]
 pub fn is_front_facing([a, b, c]: [DVec3; 3], eye: DVec3) -> bool {
-    // The predicate is negative for a fourth point from which the first three are seen counter-clockwise.
-    orient3d(coord(a), coord(b), coord(c), coord(eye)) < 0.0
+    side_of_plane(a, b, c, eye) > 0.0
 }
 
 #[cfg(test)]
