@@ -129,7 +129,7 @@ pub fn three_holed_torus(faces: usize) -> TriangleMesh {
 #[must_use]
 pub fn organic(faces: usize) -> TriangleMesh {
     let octopus = &*organic::OCTOPUS;
-    let mut mesh = implicit(octopus, 96, faces.clamp(2_000, MAX_FACES));
+    let mut mesh = implicit(octopus, 72, faces.clamp(2_000, MAX_FACES));
     let colours: Vec<[f32; 3]> = mesh
         .positions
         .par_iter()

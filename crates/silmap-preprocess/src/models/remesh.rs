@@ -18,12 +18,12 @@ use silmap_geometry::TriangleMesh;
 use super::polygonise::Field;
 
 /// Rounds of flips and relaxation after the collapses; more change the angles by less than a degree.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 6;
 
 /// Part of the way to its neighbours' middle that a vertex goes in a round.
 const RELAXATION: f64 = 0.6;
 
-/// Newton steps back to the surface after each move.
+/// Newton steps back to the surface after a collapse; a relaxation moves so little that one does.
 const NEWTON_STEPS: usize = 2;
 
 /// A face may turn by at most the angle of this cosine in one operation.
@@ -81,10 +81,10 @@ struct Surface<'a, F> {
 
 impl<F: Field> Surface<'_, F> {
     /// The surface's point near `start`, and its unit normal there.
-    fn project(&self, start: DVec3) -> (DVec3, DVec3) {
+    fn project(&self, start: DVec3, steps: usize) -> (DVec3, DVec3) {
         let mut p = start;
         let mut gradient = DVec3::ZERO;
-        for _ in 0..NEWTON_STEPS {
+        for _ in 0..steps {
             gradient = self.field.gradient(p, self.step);
             let squared = gradient.length_squared();
             if squared > 0.0 {
@@ -232,7 +232,8 @@ impl HalfedgeTable {
                 continue;
             }
             let (from, to) = (self.tail(h), self.head(h));
-            let (middle, normal) = surface.project(0.5 * (self.at(from) + self.at(to)));
+            let (middle, normal) =
+                surface.project(0.5 * (self.at(from) + self.at(to)), NEWTON_STEPS);
             if !self.can_collapse(h, middle, normal) {
                 continue;
             }
@@ -377,7 +378,7 @@ impl HalfedgeTable {
         }
         let normal = normal.normalize_or_zero();
         let step = (middle / area - p) * RELAXATION;
-        let (target, surface_normal) = surface.project(p + step - normal * step.dot(normal));
+        let (target, surface_normal) = surface.project(p + step - normal * step.dot(normal), 1);
         let fits = self.around(self.leaving[v]).all(|k| {
             let before = self.face_points(k);
             let after = [target, before[1], before[2]];
