@@ -48,3 +48,7 @@ pub const GOLDEN: Tolerance = Tolerance {
     value: 6,
     max_outliers: 60,
 };
+
+/// Distance in pixels from an edge of the exact outline within which a mask drawn on the processor may differ from it:
+/// corners are rounded by up to 1/8192 pixel along each axis, and thin faces may turn over by that.
+pub const RASTERISED_EDGE_PX: f64 = 1.0 / 2048.0;
