@@ -6,7 +6,7 @@
 //! Costs in the neighbourhood of a collapse are re-evaluated when they reach the top of the heap, not at once.
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashMap};
 
 use rayon::prelude::*;
 use silmap_geometry::Mask;
@@ -164,6 +164,8 @@ struct Simplification<'a> {
     errors: Vec<f64>,
     error_sum: f64,
     heap: BinaryHeap<Candidate>,
+    /// Errors predicted so far: most triangles around a candidate outlive the collapses beside it.
+    known: HashMap<(u32, [u32; 3]), f64>,
     report: SimplifyMapReport,
 }
 
@@ -175,6 +177,7 @@ impl<'a> Simplification<'a> {
             errors: vec![0.0; masks.len()],
             error_sum: 0.0,
             heap: BinaryHeap::new(),
+            known: HashMap::new(),
             report: SimplifyMapReport::default(),
         }
     }
@@ -191,7 +194,7 @@ impl<'a> Simplification<'a> {
 
     /// Evaluates collapses and puts those that are allowed into the heap.
     fn evaluate(&mut self, collapses: &[Collapse]) {
-        let evaluated: Vec<Option<(Candidate, usize)>> = collapses
+        let evaluated: Vec<Option<(Candidate, Vec<Prediction>)>> = collapses
             .par_iter()
             .map_init(
                 || self.predictor.scratch(),
@@ -214,7 +217,11 @@ impl<'a> Simplification<'a> {
             )
             .collect();
         for (candidate, predictions) in evaluated.into_iter().flatten() {
-            self.report.predictions += predictions as u64;
+            for p in predictions {
+                if self.known.insert((p.view, p.views), p.error).is_none() {
+                    self.report.predictions += 1;
+                }
+            }
             self.heap.push(candidate);
         }
     }
@@ -229,7 +236,10 @@ impl<'a> Simplification<'a> {
         let affected = self.polytope.views_around(collapse.removed);
         let mut predictions = Vec::with_capacity(affected.len());
         for view in affected {
-            predictions.push(self.predictor.predict(view, &triangles, scratch)?);
+            predictions.push(
+                self.predictor
+                    .predict(view, &triangles, &self.known, scratch)?,
+            );
         }
         Some(predictions)
     }

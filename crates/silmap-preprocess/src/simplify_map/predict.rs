@@ -1,5 +1,7 @@
 //! Predicting an original view's silhouette from three others, and counting the pixels that are wrong.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_even_odd;
@@ -12,6 +14,8 @@ pub(super) struct Prediction {
     pub(super) view: u32,
     /// Which of the triangles given faces its eye.
     pub(super) triangle: usize,
+    /// That triangle, its smallest view first.
+    pub(super) views: [u32; 3],
     /// Misclassified pixels over pixels inside the captured silhouette.
     pub(super) error: f64,
 }
@@ -50,16 +54,30 @@ impl<'a> Predictor<'a> {
         }
     }
 
-    /// Predicts `view` at its own eye from whichever of `triangles` faces it; `None` when these cannot be rectified.
+    /// Predicts `view` at its own eye from whichever of `triangles` faces it, or looks the answer up in `known`; `None` when
+    /// the views cannot be rectified.
     pub(super) fn predict(
         &self,
         view: u32,
         triangles: &[[u32; 3]],
+        known: &HashMap<(u32, [u32; 3]), f64>,
         scratch: &mut PredictScratch,
     ) -> Option<Prediction> {
         let eye = self.map.eye(view);
         let (triangle, weights) = self.facing(eye, triangles)?;
-        let ids = triangles[triangle];
+        let mut ids = triangles[triangle];
+        let mut weights = weights;
+        let first = (0..3).min_by_key(|&k| ids[k]).unwrap_or(0);
+        ids.rotate_left(first);
+        weights.rotate_left(first);
+        if let Some(&error) = known.get(&(view, ids)) {
+            return Some(Prediction {
+                view,
+                triangle,
+                views: ids,
+                error,
+            });
+        }
         let point = (0..3).map(|k| self.map.eye(ids[k]) * weights[k]).sum();
         let location = Location {
             triangle: triangle as u32,
@@ -78,6 +96,7 @@ impl<'a> Predictor<'a> {
         Some(Prediction {
             view,
             triangle,
+            views: ids,
             error: share(wrong, truth.count()),
         })
     }
