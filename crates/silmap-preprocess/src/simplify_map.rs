@@ -211,7 +211,7 @@ impl<'a> Simplification<'a> {
                             collapse,
                             version,
                         },
-                        predictions.len(),
+                        predictions,
                     ))
                 },
             )
