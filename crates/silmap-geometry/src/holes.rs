@@ -372,3 +372,116 @@ fn split_touching_fans(mesh: &mut TriangleMesh, first_new: usize, report: &mut H
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::closed_mesh::ClosedMesh;
+
+    /// A tube of `n` sides along z, radius 1, without ends; `n` squares are cut into two faces each.
+    fn tube(n: u32) -> TriangleMesh {
+        let mut tube = TriangleMesh::default();
+        for i in 0..n {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(n);
+            let out = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            tube.positions.extend([out, out + DVec3::Z]);
+        }
+        for i in 0..n {
+            let (a, b) = (2 * i, 2 * ((i + 1) % n));
+            tube.faces.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+        tube
+    }
+
+    #[test]
+    fn the_ends_of_a_tube_are_filled_flat() {
+        for n in [3, 4, 40, 128, 129, 500] {
+            let mut mesh = tube(n);
+            let report = close_holes(&mut mesh);
+            assert_eq!(report.loops, [n as usize; 2], "{n}");
+            assert_eq!(
+                (report.added_faces, report.added_vertices),
+                (2 * n as usize - 4, 0)
+            );
+            let closed = ClosedMesh::try_from(mesh).unwrap();
+            let ideal = 0.5 * f64::from(n) * (std::f64::consts::TAU / f64::from(n)).sin();
+            assert!((closed.mesh().volume() - ideal).abs() < 1e-9, "{n}");
+        }
+    }
+
+    #[test]
+    fn an_endless_rim_gets_a_fan() {
+        let mut mesh = tube(LARGEST_LOOP as u32 + 1);
+        let report = close_holes(&mut mesh);
+        assert_eq!(report.added_vertices, 2);
+        assert_eq!(report.vertex_of.len(), mesh.positions.len());
+        assert!(ClosedMesh::try_from(mesh).is_ok());
+    }
+
+    #[test]
+    fn existing_edges_are_not_used_again() {
+        // Two tetrahedra that share the edge 0–1 in the middle of a four-sided hole: both diagonals of the hole are
+        // edges of the mesh already, so that only a fan is left.
+        let mut mesh = TriangleMesh {
+            positions: [
+                [0, 0, 0],
+                [2, 0, 0],
+                [2, 2, 0],
+                [0, 2, 0],
+                [1, 1, -3],
+                [1, 1, -1],
+                [1, 1, -2],
+            ]
+            .map(|p: [i32; 3]| DVec3::from(p.map(f64::from)))
+            .to_vec(),
+            // An open pyramid below the square 0 1 2 3.
+            faces: vec![[1, 0, 4], [2, 1, 4], [3, 2, 4], [0, 3, 4]],
+            ..TriangleMesh::default()
+        };
+        // Closed slivers that contain the diagonals 0–2 and 1–3.
+        for [a, b, c, d] in [[0, 2, 5, 6], [1, 3, 6, 5]] {
+            mesh.faces
+                .extend([[a, c, b], [a, b, d], [b, c, d], [a, d, c]]);
+        }
+        let report = close_holes(&mut mesh);
+        assert_eq!((report.loops.as_slice(), report.added_faces), (&[4][..], 4));
+        let crowded = Topology::new(&mesh.faces, mesh.positions.len());
+        assert!(
+            (0..crowded.edges().len())
+                .all(|e| { crowded.edge_uses(e).len() == 2 || crowded.edges()[e] == [5, 6] })
+        );
+    }
+
+    #[test]
+    fn holes_that_touch_in_a_vertex_are_filled_one_by_one() {
+        // An octahedron without two faces that have only the top in common.
+        let mut mesh = TriangleMesh {
+            positions: [
+                [1, 0, 0],
+                [0, 1, 0],
+                [-1, 0, 0],
+                [0, -1, 0],
+                [0, 0, 1],
+                [0, 0, -1],
+            ]
+            .map(|p: [i32; 3]| DVec3::from(p.map(f64::from)))
+            .to_vec(),
+            faces: vec![
+                [1, 2, 4],
+                [3, 0, 4],
+                [1, 0, 5],
+                [2, 1, 5],
+                [3, 2, 5],
+                [0, 3, 5],
+            ],
+            ..TriangleMesh::default()
+        };
+        let report = close_holes(&mut mesh);
+        assert_eq!(report.loops, [3, 3]);
+        assert_eq!(
+            report.changes().collect::<Vec<_>>(),
+            ["2 holes with 6 edges filled with 2 faces"]
+        );
+        assert!((ClosedMesh::try_from(mesh).unwrap().mesh().volume() - 4.0 / 3.0).abs() < 1e-12);
+    }
+}

@@ -14,6 +14,8 @@
 mod faces;
 mod outward;
 mod sheets;
+#[cfg(test)]
+mod tests;
 
 use thiserror::Error;
 
@@ -119,10 +121,12 @@ pub fn repair(mesh: &mut TriangleMesh) -> Result<RepairReport, RepairError> {
     report.repeated_corners = faces::remove_repeated_corners(mesh, &mut report.face_of);
     report.duplicates = faces::remove_duplicates(mesh, &mut report.face_of);
     report.fins = faces::remove_fins(mesh, &mut report.face_of);
+    sheets::take_apart(mesh, &mut report)?;
+    // A face that was left alone at a crowded edge may now stand by itself.
+    report.fins += faces::remove_fins(mesh, &mut report.face_of);
     if mesh.faces.is_empty() {
         let removed = report.repeated_corners + report.duplicates + report.fins;
         return Err(RepairError::NothingLeft { removed });
     }
-    sheets::take_apart(mesh, &mut report)?;
     Ok(report)
 }

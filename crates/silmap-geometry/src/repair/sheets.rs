@@ -75,7 +75,7 @@ fn join_faces(mesh: &TriangleMesh, topology: &Topology) -> Result<Joined, Repair
     }
     let flips = sides.minority_flips();
     for &edge in &crowded {
-        for [a, b] in pair_around(mesh, topology, edge, &flips) {
+        for [a, b] in pair_around(mesh, topology, edge, &flips).pairs {
             // A pair that would make the surface one-sided stays open.
             join(&mut sides, a, b);
         }
@@ -92,12 +92,7 @@ fn join_faces(mesh: &TriangleMesh, topology: &Topology) -> Result<Joined, Repair
 /// Going around the edge (counter-clockwise about its direction from the lower to the higher vertex), solid begins at a
 /// face that walks the edge backward and ends at one that walks it forward, so pairs are found like matching brackets.
 /// Faces left over all walk in one direction; they are paired as they follow each other.
-fn pair_around(
-    mesh: &TriangleMesh,
-    topology: &Topology,
-    edge: usize,
-    flips: &[bool],
-) -> Vec<[EdgeUse; 2]> {
+fn pair_around(mesh: &TriangleMesh, topology: &Topology, edge: usize, flips: &[bool]) -> Around {
     let [low, high] = topology.edges()[edge].map(|v| mesh.positions[v as usize]);
     let axis = (high - low).normalize_or(DVec3::X);
     let right = axis.any_orthonormal_vector();
@@ -136,8 +131,19 @@ fn pair_around(
         .into_iter()
         .chain(unmatched.into_iter().skip(wrapped))
         .collect();
-    pairs.extend(left.chunks_exact(2).map(|two| [two[0], two[1]]));
-    pairs
+    let (twos, alone) = left.as_chunks::<2>();
+    pairs.extend(twos);
+    Around {
+        pairs,
+        alone: alone.first().copied(),
+    }
+}
+
+/// The faces of an edge, in pairs.
+struct Around {
+    pairs: Vec<[EdgeUse; 2]>,
+    /// The one left over where their number is odd.
+    alone: Option<EdgeUse>,
 }
 
 /// Gives every fan of joined faces its own copy of their common vertex; the first fan keeps the old one.
@@ -183,7 +189,8 @@ fn flip(mesh: &mut TriangleMesh, flips: &[bool]) {
 }
 
 /// Two sheets may share both ends of an edge even after their vertices are split, when they hang together elsewhere. All
-/// but the first pair of such an edge then get a vertex of their own in its middle. Whether there was any.
+/// but the first pair of such an edge, and a face left alone there, then get a vertex of their own in its middle. Whether
+/// there was any.
 fn split_crowded_edges(mesh: &mut TriangleMesh, report: &mut RepairReport) -> bool {
     let topology = Topology::new(&mesh.faces, mesh.positions.len());
     let no_flips = vec![false; mesh.faces.len()];
@@ -193,9 +200,11 @@ fn split_crowded_edges(mesh: &mut TriangleMesh, report: &mut RepairReport) -> bo
         if topology.edge_uses(edge).len() <= 2 {
             continue;
         }
-        let pairs = pair_around(mesh, &topology, edge, &no_flips);
-        for pair in pairs.iter().skip(1) {
-            if pair.iter().any(|u| is_touched[u.face as usize]) {
+        let around = pair_around(mesh, &topology, edge, &no_flips);
+        let groups = around.pairs.iter().map(|pair| pair.to_vec());
+        let groups = groups.chain(around.alone.map(|used| vec![used]));
+        for group in groups.skip(1) {
+            if group.iter().any(|u| is_touched[u.face as usize]) {
                 continue;
             }
             let [a, b] = topology.edges()[edge];
@@ -203,7 +212,7 @@ fn split_crowded_edges(mesh: &mut TriangleMesh, report: &mut RepairReport) -> bo
             let position = (mesh.positions[a as usize] + mesh.positions[b as usize]) * 0.5;
             mesh.positions.push(position);
             report.vertex_of.push(report.vertex_of[a as usize]);
-            for used in pair {
+            for used in &group {
                 is_touched[used.face as usize] = true;
                 split_face(mesh, *used, middle);
                 report.face_of.push(report.face_of[used.face as usize]);
