@@ -13,8 +13,11 @@ mod ply;
 mod ply_header;
 mod raw;
 mod stl;
+#[cfg(test)]
+mod tests;
 mod text;
 mod weld;
+mod write;
 
 use std::path::Path;
 
@@ -24,6 +27,7 @@ use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, holes, repair};
 pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError};
 use self::raw::RawMesh;
 use self::weld::{Welded, weld};
+pub use self::write::write;
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
@@ -204,11 +208,27 @@ fn close(raw: RawMesh, options: &LoadOptions) -> Result<(ClosedMesh, Vec<PrepWar
         let what = format!("{} used by no face: left out", counted(unused, "vertex"));
         warnings.push(PrepWarning::Ignored { what });
     }
-    let mesh = ClosedMesh::try_from(mesh).map_err(|defects| MeshFault::NotClosed {
+    let defects = match ClosedMesh::try_from(mesh) {
+        Ok(mesh) => return Ok((mesh, warnings)),
+        Err(defects) => defects,
+    };
+    if let Some(mesh) = close_unwelded(raw.mesh) {
+        let what = "sheets touch where the file keeps vertices apart: its vertices were not merged";
+        warnings.push(PrepWarning::Ignored {
+            what: what.to_owned(),
+        });
+        return Ok((mesh, warnings));
+    }
+    Err(MeshFault::NotClosed {
         hint: hint(&defects, options),
         defects: defects.renumber(&vertex_of, &face_of, first_number),
-    })?;
-    Ok((mesh, warnings))
+    })
+}
+
+/// The mesh with the vertices the file tells apart, if that is closed already.
+fn close_unwelded(mut mesh: TriangleMesh) -> Option<ClosedMesh> {
+    repair::turn_outward(&mut mesh);
+    ClosedMesh::try_from(mesh).ok()
 }
 
 /// The numbers `names` of things that `of` picks out.

@@ -1,0 +1,179 @@
+//! Meshes into files.
+//!
+//! Positions are written with all their digits in OBJ and OFF, as double precision in PLY, and rounded to single
+//! precision in STL and GLB, which hold nothing else. Colours are not written. A file appears whole or not at all.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+
+use glam::DVec3;
+use serde_json::json;
+use silmap_geometry::TriangleMesh;
+
+use super::error::{MeshFault, MeshIoError};
+
+const KNOWN_OUTPUTS: &str = ".obj, .ply, .off, .stl, .glb";
+
+/// Writes a mesh in the format that the file's extension names.
+///
+/// # Errors
+/// When the extension is not one of those written, or the file cannot be written; no file is left then.
+pub fn write(path: &Path, mesh: &TriangleMesh) -> Result<(), MeshIoError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let written = match extension.as_deref() {
+        Some("obj") => Ok(obj(mesh).into_bytes()),
+        Some("off") => Ok(off(mesh).into_bytes()),
+        Some("ply") => Ok(ply(mesh)),
+        Some("stl") => stl(mesh),
+        Some("glb") => Ok(glb(mesh)),
+        _ => Err(MeshFault::UnknownOutput {
+            known: KNOWN_OUTPUTS,
+        }),
+    };
+    written
+        .and_then(|bytes| write_whole(path, &bytes))
+        .map_err(|fault| MeshIoError {
+            path: path.to_owned(),
+            fault,
+        })
+}
+
+/// Writes beside the file first, then renames.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), MeshFault> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let part = path.with_file_name(name);
+    let written = fs::File::create(&part)
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.sync_all()
+        })
+        .and_then(|()| fs::rename(&part, path));
+    written.map_err(|source| {
+        // The half-written part is of no use; if it cannot be removed either, the first error is the one to tell.
+        let _ = fs::remove_file(&part);
+        MeshFault::Unwritable { source }
+    })
+}
+
+fn obj(mesh: &TriangleMesh) -> String {
+    let mut text = String::new();
+    for p in &mesh.positions {
+        text.push_str(&format!("v {} {} {}\n", p.x, p.y, p.z));
+    }
+    for [a, b, c] in &mesh.faces {
+        text.push_str(&format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    }
+    text
+}
+
+fn off(mesh: &TriangleMesh) -> String {
+    let mut text = format!("OFF\n{} {} 0\n", mesh.positions.len(), mesh.faces.len());
+    for p in &mesh.positions {
+        text.push_str(&format!("{} {} {}\n", p.x, p.y, p.z));
+    }
+    for [a, b, c] in &mesh.faces {
+        text.push_str(&format!("3 {a} {b} {c}\n"));
+    }
+    text
+}
+
+fn ply(mesh: &TriangleMesh) -> Vec<u8> {
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n\
+         property double z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        mesh.positions.len(),
+        mesh.faces.len()
+    )
+    .into_bytes();
+    for p in &mesh.positions {
+        for x in p.to_array() {
+            bytes.extend(x.to_le_bytes());
+        }
+    }
+    for face in &mesh.faces {
+        bytes.push(3);
+        for v in face {
+            bytes.extend(v.to_le_bytes());
+        }
+    }
+    bytes
+}
+
+fn single(v: DVec3) -> [f32; 3] {
+    v.as_vec3().to_array()
+}
+
+fn stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
+    let triangles: Vec<stl_io::Triangle> = (0..mesh.faces.len())
+        .map(|f| stl_io::Triangle {
+            normal: stl_io::Normal::new(single(mesh.face_cross(f).normalize_or_zero())),
+            vertices: mesh.corners(f).map(|p| stl_io::Vertex::new(single(p))),
+        })
+        .collect();
+    let mut bytes = Vec::new();
+    stl_io::write_stl(&mut bytes, triangles.iter())
+        .map_err(|source| MeshFault::Unwritable { source })?;
+    Ok(bytes)
+}
+
+/// One mesh with positions, normals and indices, and a plain material.
+fn glb(mesh: &TriangleMesh) -> Vec<u8> {
+    const FLOAT: u32 = 5126;
+    const UNSIGNED_INT: u32 = 5125;
+    const VERTICES: u32 = 34962;
+    const INDICES: u32 = 34963;
+    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|&p| single(p)).collect();
+    // Every normal has to be of unit length, also where there is no face.
+    let normals: Vec<[f32; 3]> = mesh
+        .vertex_normals()
+        .iter()
+        .map(|&n| single(if n == DVec3::ZERO { DVec3::Z } else { n }))
+        .collect();
+    let mut data: Vec<u8> = bytemuck::cast_slice(&positions).to_vec();
+    data.extend_from_slice(bytemuck::cast_slice(&normals));
+    data.extend_from_slice(bytemuck::cast_slice(&mesh.faces));
+    let (vertex_count, face_count) = (mesh.positions.len(), mesh.faces.len());
+    let ends = |pick: fn(f32, f32) -> f32| {
+        let first = positions.first().copied().unwrap_or_default();
+        positions
+            .iter()
+            .fold(first, |m, p| [0, 1, 2].map(|k| pick(m[k], p[k])))
+    };
+    let vertex_bytes = vertex_count * 12;
+    let json = json!({
+        "asset": {"version": "2.0", "generator": "silmap"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{
+            "attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0
+        }]}],
+        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0.0}}],
+        "buffers": [{"byteLength": data.len()}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": vertex_bytes, "target": VERTICES},
+            {"buffer": 0, "byteOffset": vertex_bytes, "byteLength": vertex_bytes, "target": VERTICES},
+            {"buffer": 0, "byteOffset": 2 * vertex_bytes, "byteLength": face_count * 12, "target": INDICES},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": FLOAT, "count": vertex_count, "type": "VEC3",
+             "min": ends(f32::min), "max": ends(f32::max)},
+            {"bufferView": 1, "componentType": FLOAT, "count": vertex_count, "type": "VEC3"},
+            {"bufferView": 2, "componentType": UNSIGNED_INT, "count": face_count * 3, "type": "SCALAR"},
+        ],
+    });
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    data.resize(data.len().next_multiple_of(4), 0);
+    let total = 12 + 8 + json.len() + 8 + data.len();
+    let mut bytes = b"glTF\x02\0\0\0".to_vec();
+    bytes.extend((total as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", &json), (b"BIN\0", &data)] {
+        bytes.extend((chunk.len() as u32).to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(chunk);
+    }
+    bytes
+}
