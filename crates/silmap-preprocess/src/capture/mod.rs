@@ -6,14 +6,17 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use silmap_geometry::{Bounds, Camera, CameraError, CoverageRule, Mask, TriangleMesh};
+use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mask};
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
 use crate::progress::{Interrupted, Monitor, Stage};
 
 pub mod cpu;
+mod depth;
 pub mod gpu;
+
+pub use depth::tangent_depths;
 
 /// Who draws the masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -136,14 +139,13 @@ fn spiral_directions(count: u32) -> Vec<DVec3> {
         .collect()
 }
 
-/// The pixels that `mesh` covers from each camera, in the order of the cameras.
+/// The pixels that `mesh` covers from each camera, in the order of the cameras, whatever the number of threads.
 ///
-/// The mesh must be closed: only the faces that look towards the eye are drawn.
 ///
 /// # Errors
 /// When the caller asked to stop, or a view cannot hold the model (see [`CaptureError`]).
 pub fn capture(
-    mesh: &TriangleMesh,
+    mesh: &ClosedMesh,
     cameras: &[Camera],
     params: &CaptureParams,
     monitor: &Monitor<'_>,
@@ -156,7 +158,7 @@ pub fn capture(
             .map(|camera| {
                 monitor.check()?;
                 let mut mask = Mask::new(camera.width_px, camera.height_px);
-                cpu::rasterise(mesh, camera, params.coverage, &mut mask)?;
+                cpu::rasterise(mesh.mesh(), camera, params.coverage, &mut mask)?;
                 monitor.advance(Stage::Capture, 1);
                 Ok(mask)
             })
@@ -168,13 +170,13 @@ pub fn capture(
 
 /// All masks from a device of their own.
 fn capture_by_device(
-    mesh: &TriangleMesh,
+    mesh: &ClosedMesh,
     cameras: &[Camera],
     monitor: &Monitor<'_>,
 ) -> Result<Vec<Mask>, CaptureError> {
     let gpu = Gpu::new()?;
     let mut masks = Vec::with_capacity(cameras.len());
-    gpu::GpuCapture::new(&gpu, mesh)?.capture(cameras, &mut |_, mask| {
+    gpu::GpuCapture::new(&gpu, mesh.mesh())?.capture(cameras, &mut |_, mask| {
         monitor.check()?;
         masks.push(mask);
         monitor.advance(Stage::Capture, 1);
