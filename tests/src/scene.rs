@@ -2,7 +2,7 @@
 //! from an unsimplified sphere of views.
 
 use glam::DVec3;
-use silmap_geometry::{Bounds, Camera, ColourImage, CoverageRule, TriangleMesh};
+use silmap_geometry::{Bounds, Camera, ClosedMesh, ColourImage, CoverageRule, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, EncodedImage, SilhouetteMap, TextureSet,
@@ -153,8 +153,9 @@ fn map(mesh: &TriangleMesh, bounds: &Bounds) -> SilhouetteMap {
     let distance = bounds.radius * VIEW_DISTANCE_REL;
     let cameras = capture::view_sphere(bounds, distance, MAP_VIEWS, CAPTURE_PX)
         .expect("the sphere is larger than the model");
+    let closed = ClosedMesh::try_from(mesh.clone()).expect("the model is closed");
     let masks = capture::capture(
-        mesh,
+        &closed,
         &cameras,
         &CaptureParams::default(),
         &Monitor::silent(),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use silmap_geometry::polygon::fill_even_odd;
-use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
+use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour, outline};
 use silmap_preprocess::capture::{CaptureParams, capture, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
@@ -24,7 +24,8 @@ fn dense(
         coverage,
         ..CaptureParams::default()
     };
-    let masks = capture(mesh, &cameras, &params, &Monitor::silent()).unwrap();
+    let closed = ClosedMesh::try_from(mesh.clone()).unwrap();
+    let masks = capture(&closed, &cameras, &params, &Monitor::silent()).unwrap();
     let contour_params = SimplifyContourParams {
         tolerance_px,
         outward_only: coverage == CoverageRule::Any,

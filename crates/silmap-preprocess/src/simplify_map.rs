@@ -321,12 +321,12 @@ mod tests {
     use crate::dense_map::{self, DenseMapParams};
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
     use crate::trace::trace_contours;
-    use silmap_geometry::CoverageRule;
+    use silmap_geometry::{ClosedMesh, CoverageRule};
     use silmap_map::{CapturedView, ViewContour};
 
     fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
-        let mesh = crate::models::torus(1024);
-        let bounds = mesh.bounds();
+        let mesh = ClosedMesh::try_from(crate::models::torus(1024)).unwrap();
+        let bounds = *mesh.bounds();
         let side = 96;
         let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();
         let masks = capture(
