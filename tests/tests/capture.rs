@@ -34,7 +34,7 @@ fn filled(loops: &[Loop], scale: f64, camera: &Camera) -> Mask {
     mask
 }
 
-/// What simplification does to the outlines of a few views, against masks of 16 times the resolution.
+/// What simplification does to the outlines of a few views, against masks of 8 times the resolution.
 struct Accuracy {
     /// Misclassified share of the traced outlines.
     traced: f64,
@@ -47,7 +47,7 @@ struct Accuracy {
 }
 
 fn accuracy(mesh: &TriangleMesh, rule: CoverageRule, params: &SimplifyContourParams) -> Accuracy {
-    const FINER: u32 = 16;
+    const FINER: u32 = 8;
     let (mut inside, mut traced_wrong, mut simplified_wrong) = (0, 0, 0);
     let (mut escaped, mut vertices) = (0, 0);
     let views = cameras(mesh, 8, 256);
