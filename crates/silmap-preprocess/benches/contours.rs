@@ -34,7 +34,7 @@ fn rasterising(c: &mut Criterion) {
     let mut mask = Mask::new(512, 512);
     for rule in [CoverageRule::Center, CoverageRule::Any] {
         let id = BenchmarkId::new("rasterise", format!("{rule:?}"));
-        c.bench_function(&id.to_string(), |b| {
+        c.bench_with_input(id, &rule, |b, &rule| {
             b.iter(|| draw(&mesh, &camera, rule, black_box(&mut mask)));
         });
     }
