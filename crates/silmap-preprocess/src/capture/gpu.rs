@@ -342,7 +342,7 @@ mod tests {
     #[test]
     fn bytes_become_bits_in_their_places() {
         let (width, height) = (67, 3);
-        let set = |x: u32, y: u32| (x * 7 + y * 5) % 3 == 0;
+        let set = |x: u32, y: u32| (x * 7 + y * 5).is_multiple_of(3);
         let pixels: Vec<u8> = (0..height)
             .flat_map(|y| (0..width).map(move |x| if set(x, y) { 255 } else { 0 }))
             .collect();
