@@ -6,6 +6,7 @@ pub mod evaluate;
 pub mod hull;
 pub mod mesh_io;
 pub mod models;
+pub mod pipeline;
 pub mod progress;
 pub mod simplify_contour;
 pub mod simplify_map;

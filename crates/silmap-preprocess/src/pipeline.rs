@@ -1,0 +1,453 @@
+//! From a closed mesh to an asset: the outline of the paper, as code.
+//!
+//! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
+//! 1999, section 3; each stage's own file names its section.
+//! Deviation: depths of contour vertices, which the paper does not have, are taken for the views that are kept only.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+use silmap_geometry::bvh::Bvh;
+use silmap_geometry::{Camera, CameraError, ClosedMesh, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_map::{
+    Asset, AssetError, BuildRecord, CapturedView, CoarseHull, SilhouetteMap, TextureSet,
+    ViewContour, asset,
+};
+use thiserror::Error;
+
+use crate::capture::{CaptureError, CaptureParams, capture, tangent_depths, view_sphere};
+use crate::dense_map::{self, DenseMapError, DenseMapParams};
+use crate::hull::{self, HullError, HullParams};
+use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
+use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
+use crate::simplify_map::{SimplifyMapError, SimplifyMapParams, SimplifyMapReport, simplify};
+use crate::texture::{self, TextureError, TextureParams};
+use crate::trace::trace_contours;
+
+/// How an asset is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildParams {
+    /// Views captured around the model; the paper's thousand, evenly spread.
+    pub views: u32,
+    /// Radius of the view sphere as a multiple of the bounding sphere's.
+    pub view_radius_rel: f64,
+    /// Side of the square capture images, pixels.
+    pub resolution_px: u32,
+    /// Who draws the captured views, and which pixels they count as covered.
+    pub capture: CaptureParams,
+    /// How far a contour may move when it is simplified, pixels.
+    pub tolerance_px: f64,
+    /// Which views are kept.
+    pub map: SimplifyMapParams,
+    /// The coarse hull.
+    pub hull: HullParams,
+    /// What it is painted with.
+    pub textures: TextureParams,
+}
+
+impl Default for BuildParams {
+    fn default() -> Self {
+        Self {
+            views: 1024,
+            view_radius_rel: 3.0,
+            resolution_px: 512,
+            capture: CaptureParams::default(),
+            tolerance_px: SimplifyContourParams::default().tolerance_px,
+            map: SimplifyMapParams::default(),
+            hull: HullParams::default(),
+            textures: TextureParams::default(),
+        }
+    }
+}
+
+/// Seconds that each stage took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageSeconds {
+    /// Drawing the views.
+    pub capture: f64,
+    /// Tracing and simplifying outlines, and finding their depths.
+    pub contours: f64,
+    /// Choosing the views to keep.
+    pub map: f64,
+    /// Collapsing to the hull.
+    pub hull: f64,
+    /// Taking and placing the textures.
+    pub textures: f64,
+}
+
+/// What building found out.
+#[derive(Clone, Debug)]
+pub struct BuildReport {
+    /// Views captured.
+    pub views: u32,
+    /// Views kept, the error curve, and the errors over all captured views.
+    pub map: SimplifyMapReport,
+    /// Seconds of each stage.
+    pub seconds: StageSeconds,
+    /// What was odd.
+    pub warnings: Vec<PrepWarning>,
+}
+
+/// Why there is no asset.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// The view sphere does not surround the model.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
+    /// A view could not be drawn.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// A captured view shows nothing: the model is thinner than a pixel.
+    #[error(
+        "nothing of the model is seen from view {view}: it is thinner than a pixel there; a higher resolution or coverage `any` may help"
+    )]
+    NothingSeen {
+        /// The first such view.
+        view: u32,
+    },
+    /// The views do not make a polytope.
+    #[error(transparent)]
+    DenseMap(#[from] DenseMapError),
+    /// The map cannot be simplified.
+    #[error(transparent)]
+    SimplifyMap(#[from] SimplifyMapError),
+    /// There is no hull.
+    #[error(transparent)]
+    Hull(#[from] HullError),
+    /// The hull cannot be painted.
+    #[error(transparent)]
+    Texture(#[from] TextureError),
+    /// The parts cannot be stored.
+    #[error(transparent)]
+    Asset(#[from] AssetError),
+}
+
+/// Makes the asset of a model, rounded as its file will be.
+///
+/// # Errors
+/// When interrupted, the view sphere is too small, the model is too thin to be seen, or a stage fails.
+pub fn build(
+    model: &ClosedMesh,
+    name: &str,
+    params: &BuildParams,
+    monitor: &Monitor<'_>,
+) -> Result<(Asset, BuildReport), BuildError> {
+    let mut seconds = StageSeconds::default();
+    let bounds = model.bounds();
+    let tree = Bvh::new(model.mesh());
+
+    // The silhouettes from many viewpoints, on the polytope that connects them.
+    let cameras = view_sphere(
+        bounds,
+        params.view_radius_rel * bounds.radius,
+        params.views,
+        params.resolution_px,
+    )?;
+    let masks = timed(&mut seconds.capture, || {
+        capture(model, &cameras, &params.capture, monitor)
+    })?;
+    let views = timed(&mut seconds.contours, || {
+        captured_views(&cameras, &masks, params, monitor)
+    })?;
+    let dense = dense_map::build(
+        views,
+        &DenseMapParams {
+            center: bounds.center,
+            radius: bounds.radius,
+            resolution_px: params.resolution_px,
+            tolerance_px: params.tolerance_px,
+            coverage: params.capture.coverage,
+        },
+    )?;
+
+    // Views that their neighbours predict well go.
+    let (mut map, map_report) = timed(&mut seconds.map, || {
+        simplify(&dense, &masks, &params.map, monitor)
+    })?;
+    drop(masks);
+    timed(&mut seconds.contours, || {
+        record_depths(&mut map, &tree, model, monitor)
+    })?;
+
+    // A coarse mesh around the model, and pictures to put on it.
+    let hull = timed(&mut seconds.hull, || {
+        let sequence = hull::build(model, &params.hull, monitor)?;
+        Ok::<_, HullError>(sequence.coarse_hull(params.hull.target_faces as usize))
+    })?;
+    let textures = timed(&mut seconds.textures, || {
+        texture::bake(model, &tree, &hull, &params.textures, monitor)
+    })?;
+
+    let warnings = stall_warnings(params, &map_report, &hull);
+    let record = record(model.mesh(), name, params, &map_report);
+    let asset = assemble(record, map, hull, textures)?;
+    let report = BuildReport {
+        views: params.views,
+        map: map_report,
+        seconds,
+        warnings,
+    };
+    Ok((asset, report))
+}
+
+fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
+    let since = Instant::now();
+    let result = work();
+    *seconds += since.elapsed().as_secs_f64();
+    result
+}
+
+/// Traces and simplifies the outline of every mask.
+fn captured_views(
+    cameras: &[Camera],
+    masks: &[Mask],
+    params: &BuildParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<CapturedView>, BuildError> {
+    let simplification = SimplifyContourParams {
+        tolerance_px: params.tolerance_px,
+        // What is captured conservatively must stay so.
+        outward_only: params.capture.coverage == CoverageRule::Any,
+    };
+    monitor.start(Stage::Contours, cameras.len() as u64);
+    let views = (0..cameras.len())
+        .into_par_iter()
+        .map(|view| {
+            monitor.check()?;
+            let loops = simplify_contours(&trace_contours(&masks[view]), &simplification);
+            if loops.is_empty() {
+                return Err(BuildError::NothingSeen { view: view as u32 });
+            }
+            monitor.advance(Stage::Contours, 1);
+            let contours = loops.into_iter().map(without_depths).collect();
+            Ok(CapturedView {
+                camera: cameras[view],
+                contours,
+            })
+        })
+        .collect::<Result<_, _>>()?;
+    monitor.finish(Stage::Contours);
+    Ok(views)
+}
+
+fn without_depths(points: Loop) -> ViewContour {
+    ViewContour {
+        points,
+        depths: Vec::new(),
+    }
+}
+
+/// Finds the depth of the contour generator at every contour vertex.
+fn record_depths(
+    map: &mut SilhouetteMap,
+    tree: &Bvh,
+    model: &ClosedMesh,
+    monitor: &Monitor<'_>,
+) -> Result<(), Interrupted> {
+    monitor.start(Stage::Contours, map.views.len() as u64);
+    map.views.par_iter_mut().try_for_each(|view| {
+        monitor.check()?;
+        let loops: Vec<Loop> = view.contours.iter().map(|c| c.points.clone()).collect();
+        let depths = tangent_depths(tree, model.bounds(), &view.camera, &loops);
+        for (contour, depths) in view.contours.iter_mut().zip(depths) {
+            contour.depths = depths;
+        }
+        monitor.advance(Stage::Contours, 1);
+        Ok(())
+    })?;
+    monitor.finish(Stage::Contours);
+    Ok(())
+}
+
+/// Targets that were not reached.
+fn stall_warnings(
+    params: &BuildParams,
+    map: &SimplifyMapReport,
+    hull: &CoarseHull,
+) -> Vec<PrepWarning> {
+    let mut warnings = Vec::new();
+    let (kept, faces) = (map.kept.len() as u32, hull.faces.len() as u32);
+    if params.map.max_error.is_none() && kept > params.map.keep {
+        warnings.push(PrepWarning::MapStalled {
+            wanted: params.map.keep,
+            reached: kept,
+        });
+    }
+    if faces > params.hull.target_faces {
+        warnings.push(PrepWarning::HullStalled {
+            wanted: params.hull.target_faces,
+            reached: faces,
+        });
+    }
+    warnings
+}
+
+fn assemble(
+    record: BuildRecord,
+    map: SilhouetteMap,
+    hull: CoarseHull,
+    textures: TextureSet,
+) -> Result<Asset, AssetError> {
+    asset::quantise(&Asset {
+        record,
+        map,
+        hull,
+        textures,
+    })
+}
+
+fn record(
+    model: &TriangleMesh,
+    name: &str,
+    params: &BuildParams,
+    map: &SimplifyMapReport,
+) -> BuildRecord {
+    BuildRecord {
+        name: name.to_owned(),
+        model_faces: model.faces.len() as u64,
+        model_vertices: model.positions.len() as u64,
+        model_crc32: model_crc32(model),
+        captured_views: params.views,
+        error_curve: map.curve.clone(),
+        generator: concat!("silmap ", env!("CARGO_PKG_VERSION")).to_owned(),
+        options: options_text(params),
+    }
+}
+
+/// The options as they would be typed.
+fn options_text(params: &BuildParams) -> String {
+    let goal = match params.map.max_error {
+        Some(share) => format!("--max-error {}%", 100.0 * share),
+        None => format!("--keep {}", params.map.keep),
+    };
+    let coverage = match params.capture.coverage {
+        CoverageRule::Center => "center",
+        CoverageRule::Any => "any",
+    };
+    format!(
+        "--views {} {goal} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
+         --texture-views {} --texture-size {}",
+        params.views,
+        params.resolution_px,
+        params.tolerance_px,
+        params.view_radius_rel,
+        params.hull.target_faces,
+        params.textures.views,
+        params.textures.size_px,
+    )
+}
+
+/// CRC-32 of a mesh's vertex positions and faces, little-endian: whether an asset was made from this mesh.
+#[must_use]
+pub fn model_crc32(mesh: &TriangleMesh) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for position in &mesh.positions {
+        for coordinate in position.to_array() {
+            hasher.update(&coordinate.to_le_bytes());
+        }
+    }
+    for face in &mesh.faces {
+        for vertex in face {
+            hasher.update(&vertex.to_le_bytes());
+        }
+    }
+    hasher.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::Backend;
+    use crate::models;
+
+    fn small_params() -> BuildParams {
+        let mut params = BuildParams {
+            views: 48,
+            resolution_px: 64,
+            ..BuildParams::default()
+        };
+        params.capture.backend = Backend::Cpu;
+        params.map.keep = 20;
+        params.hull.target_faces = 100;
+        params.textures.views = 3;
+        params.textures.size_px = 16;
+        params
+    }
+
+    fn torus() -> ClosedMesh {
+        ClosedMesh::try_from(models::torus(600)).unwrap()
+    }
+
+    #[test]
+    fn an_asset_has_what_was_asked_for() {
+        let (asset, report) =
+            build(&torus(), "torus", &small_params(), &Monitor::silent()).unwrap();
+        assert_eq!(asset.map.views.len(), 20);
+        assert_eq!(asset.map.triangles.len(), 2 * 20 - 4);
+        assert!(asset.map.has_depth());
+        assert!(asset.hull.faces.len() <= 100);
+        assert_eq!(asset.textures.views.len(), 3);
+        assert_eq!(asset.record.captured_views, 48);
+        assert_eq!(asset.record.name, "torus");
+        assert!(report.map.misclassified_mean > 0.0);
+        assert_eq!(report.warnings, Vec::new());
+        // What is in memory is what comes back from the file.
+        let bytes = asset::write(&asset).unwrap();
+        assert_eq!(asset::read(&bytes).unwrap(), asset);
+    }
+
+    #[test]
+    fn a_sphere_of_views_in_the_model_is_refused() {
+        let params = BuildParams {
+            view_radius_rel: 0.9,
+            ..small_params()
+        };
+        let made = build(&torus(), "torus", &params, &Monitor::silent());
+        assert!(matches!(made, Err(BuildError::Camera(_))), "{made:?}");
+    }
+
+    #[test]
+    fn a_model_thinner_than_a_pixel_is_refused() {
+        let mut flat = models::torus(600);
+        for position in &mut flat.positions {
+            position.x *= 1e-5;
+            position.y *= 1e-5;
+        }
+        let made = build(
+            &ClosedMesh::try_from(flat).unwrap(),
+            "needle",
+            &small_params(),
+            &Monitor::silent(),
+        );
+        assert!(
+            matches!(made, Err(BuildError::NothingSeen { .. })),
+            "{made:?}"
+        );
+    }
+
+    #[test]
+    fn a_request_to_stop_is_heard() {
+        let stop = std::sync::atomic::AtomicBool::new(true);
+        let made = build(
+            &torus(),
+            "torus",
+            &small_params(),
+            &Monitor::new(&|_| {}, &stop),
+        );
+        assert!(made.is_err());
+    }
+
+    #[test]
+    fn the_checksum_sees_positions_and_faces() {
+        let mesh = models::torus(600);
+        let (mut moved, mut turned) = (mesh.clone(), mesh.clone());
+        moved.positions[7].x += 1e-9;
+        turned.faces[3].rotate_left(1);
+        let all = [&mesh, &moved, &turned].map(model_crc32);
+        assert!(all[0] != all[1] && all[0] != all[2] && all[1] != all[2]);
+    }
+}
