@@ -1,2 +1,56 @@
-//! The `silmap` command.
-fn main() {}
+//! The `silmap` command: options in, one library call, result out.
+
+mod args;
+mod camera;
+mod commands;
+mod files;
+mod interrupt;
+mod output;
+mod pictures;
+mod progress;
+mod values;
+
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::Parser;
+
+use crate::args::Cli;
+use crate::commands::NoAdapter;
+use crate::interrupt::EXIT_INTERRUPTED;
+
+/// Exit code when there is no graphics adapter.
+const EXIT_NO_ADAPTER: u8 = 3;
+/// Exit code when the command could not do what it was asked.
+const EXIT_FAILED: u8 = 1;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    match run(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(_) if interrupt::is_requested() => {
+            output::say("silmap: interrupted");
+            ExitCode::from(EXIT_INTERRUPTED)
+        }
+        Err(error) => {
+            output::say(&format!("silmap: error: {error:#}"));
+            let code = if error.is::<NoAdapter>() {
+                EXIT_NO_ADAPTER
+            } else {
+                EXIT_FAILED
+            };
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn run(cli: Cli) -> anyhow::Result<()> {
+    interrupt::install_handler()?;
+    if let Some(threads) = cli.command.threads() {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads as usize)
+            .build_global()
+            .context("the threads cannot be started")?;
+    }
+    commands::run(cli.command)
+}

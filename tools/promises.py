@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""What the project promises about the Stanford bunny and the torus, measured with the release binary.
+
+    tools/promises.py target/release/silmap
+
+Prints every figure beside its limit; exit code 1 when one is over it. Models are read from ../shared/models and skipped, with a
+word, where that folder is missing. Where ../shared/check is there, its programs measure once more with other people's libraries.
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SHARED = ROOT.parent / "shared"
+BUNNY = SHARED / "models" / "stanford-bunny.ply"
+KIB, MIB = 1024, 1024 * 1024
+
+failed = []
+
+
+def hold(what, value, limit, unit=""):
+    """Prints a figure beside its limit and remembers when it is over."""
+    is_held = value <= limit
+    print(f"{'ok  ' if is_held else 'OVER'} {what}: {value:.4g}{unit} (at most {limit:g}{unit})", flush=True)
+    if not is_held:
+        failed.append(what)
+
+
+def call(*arguments):
+    """The JSON object that a command prints."""
+    done = subprocess.run([str(a) for a in arguments], stdout=subprocess.PIPE, check=True)
+    return json.loads(done.stdout)
+
+
+def measured(*arguments):
+    """The JSON object, seconds, and peak memory in bytes of a command."""
+    since = time.monotonic()
+    child = subprocess.Popen([str(a) for a in arguments], stdout=subprocess.PIPE)
+    text = child.stdout.read()
+    _, status, usage = os.wait4(child.pid, 0)
+    if status != 0:
+        sys.exit(f"failed: {' '.join(map(str, arguments))}")
+    return json.loads(text), time.monotonic() - since, usage.ru_maxrss * KIB
+
+
+def percent_of(evaluation, method, field):
+    return 100 * evaluation["methods"][method][field]
+
+
+def check_bunny(silmap, folder):
+    asset = folder / "bunny.glb"
+    built, seconds, memory = measured(silmap, "build", BUNNY, "--close-holes", "-o", asset, "--json")
+    print(json.dumps(built))
+    hold("bunny: build", seconds, 150, " s")
+    hold("bunny: peak memory", memory / MIB, 1536, " MiB")
+    inspected = call(silmap, "inspect", asset, "--json")
+    hold("bunny: silhouette data", inspected["map"]["bytes"] / KIB, 200, " KiB")
+    hold("bunny: whole asset", asset.stat().st_size / MIB, 2.5, " MiB")
+    hold("bunny: hull faces", inspected["hull"]["faces"], 500)
+    evaluation = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--viewpoints", 200, "--json")
+    hold("bunny: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 3.0, " %")
+    hold("bunny: paper misclassified", percent_of(evaluation, "paper", "misclassified_mean"), 4.0, " %")
+    eye = "--eye=" + ",".join(map(str, evaluation["per_viewpoint"][0]["eye"]))
+    for method in ("hull", "paper"):
+        times = sorted(call(silmap, "contour", asset, eye, "--method", method, "--json")["seconds"] for _ in range(21))
+        hold(f"bunny: contour by {method}, median", 1e3 * times[10], 1.0, " ms")
+    return asset
+
+
+def check_conservative_bunny(silmap, folder):
+    asset = folder / "bunny-any.glb"
+    call(silmap, "build", BUNNY, "--close-holes", "--coverage", "any", "-o", asset, "--json")
+    evaluation = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--viewpoints", 200, "--method", "hull", "--json")
+    hold("bunny, coverage any: hull escaped", percent_of(evaluation, "hull", "escaped_mean"), 0.02, " %")
+
+
+def check_torus(silmap, folder):
+    model, asset = folder / "torus.ply", folder / "torus.glb"
+    call(silmap, "generate", "torus", "--faces", 65536, "-o", model, "--json")
+    call(silmap, "build", model, "-o", asset, "--json")
+    evaluation = call(silmap, "evaluate", asset, "--model", model, "--viewpoints", 200, "--method", "hull", "--json")
+    hold("torus: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 1.8, " %")
+
+
+def check_from_outside(silmap, asset, folder):
+    """The programs of ../shared/check, with libraries from a throw-away environment."""
+    environment = folder / "environment"
+    subprocess.run([sys.executable, "-m", "venv", environment], check=True)
+    packages = ["numpy", "trimesh", "embreex", "scipy", "shapely", "pillow", "rtree"]
+    subprocess.run([environment / "bin/pip", "install", "--quiet", *packages], check=True)
+    python = environment / "bin/python"
+    closed, hull = folder / "closed.ply", folder / "hull.obj"
+    # The programs want the closed mesh: an inner or outer hull with every face kept is that.
+    call(silmap, "hull", BUNNY, "--close-holes", "--faces", 1_000_000, "-o", closed, "--json")
+    call(silmap, "hull", BUNNY, "--close-holes", "--faces", 500, "--verify", "-o", hull, "--json")
+    for method in ("hull", "paper"):
+        subprocess.run([python, SHARED / "check/outline.py", silmap, asset, closed, "--method", method], check=True)
+    subprocess.run([python, SHARED / "check/hull.py", hull, closed], check=True)
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    silmap = Path(sys.argv[1]).resolve()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        check_torus(silmap, folder)
+        if BUNNY.exists():
+            asset = check_bunny(silmap, folder)
+            check_conservative_bunny(silmap, folder)
+            if (SHARED / "check").is_dir():
+                check_from_outside(silmap, asset, folder)
+            else:
+                print(f"skipped: {SHARED / 'check'} is not here")
+        else:
+            print(f"skipped: {BUNNY} is not here")
+    if failed:
+        sys.exit("over the limit: " + ", ".join(failed))
+
+
+if __name__ == "__main__":
+    main()

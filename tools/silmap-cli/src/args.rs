@@ -1,0 +1,448 @@
+//! What can be typed: every subcommand with its options, as clap reads them.
+//!
+//! Values that a library params struct knows a default for show that default here; a test in `commands::build` holds the
+//! two together.
+
+use std::path::PathBuf;
+
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+use silmap_map::Method;
+
+use crate::values::{
+    Backdrop, Length, Share, Size, parse_backdrop, parse_length, parse_point, parse_positive,
+    parse_share, parse_size,
+};
+
+/// A coarse textured hull that wears the outline of the full mesh.
+#[derive(Debug, Parser)]
+#[command(
+    name = "silmap",
+    version,
+    arg_required_else_help = true,
+    propagate_version = true,
+    after_help = "\
+Examples:
+  silmap demo
+  silmap build bunny.ply --close-holes -o bunny.glb
+  silmap render bunny.glb --eye 0.3,0.2,0.4 -o bunny.png
+
+Exit codes: 0 done, 1 could not (one sentence says why), 2 usage, 3 no graphics adapter, 130 interrupted."
+)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Demo(DemoArgs),
+    Build(BuildArgs),
+    Render(RenderArgs),
+    Contour(ContourArgs),
+    Inspect(InspectArgs),
+    Evaluate(EvaluateArgs),
+    Hull(HullArgs),
+    Generate(GenerateArgs),
+}
+
+/// Ends the program for options that do not go together, as clap ends it for those that are wrong alone.
+pub(crate) fn usage_error(kind: ErrorKind, sentence: &str) -> ! {
+    Cli::command().error(kind, sentence).exit()
+}
+
+impl Command {
+    /// Size of the thread pool that was asked for.
+    pub(crate) fn threads(&self) -> Option<u32> {
+        match self {
+            Self::Demo(a) => a.pool.threads,
+            Self::Build(a) => a.pool.threads,
+            Self::Evaluate(a) => a.pool.threads,
+            Self::Hull(a) => a.pool.threads,
+            Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
+        }
+    }
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct OutputArgs {
+    /// Print one JSON object on standard output and nothing else there
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// How much of the machine is used.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct PoolArgs {
+    /// Threads to work with; the result does not depend on it [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) threads: Option<u32>,
+}
+
+/// A camera, as `render` and `contour` take it.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct CameraArgs {
+    /// Viewpoint, in model units
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) eye: DVec3,
+    /// Point that is looked at [default: the model's center]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) target: Option<DVec3>,
+    /// Direction that is up in the picture [default: +Y, near the poles +Z]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) up: Option<DVec3>,
+    /// Vertical field of view in degrees [default: the model's bounding sphere just fits]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub(crate) fov: Option<f64>,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_size)]
+    pub(crate) size: Size,
+}
+
+/// The rule that says which pixels a triangle covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CoverageArg {
+    /// Pixels whose center is covered
+    Center,
+    /// Pixels of which any point is covered
+    Any,
+}
+
+/// What draws the captured views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendArg {
+    /// The graphics adapter when it is real hardware, otherwise the CPU
+    Auto,
+    /// Every core of the CPU; the same bytes on every machine
+    Cpu,
+    /// The graphics adapter, software ones included
+    Gpu,
+}
+
+/// How silhouettes are interpolated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MethodArg {
+    /// The paper's: cliques of spans, the nearest polytope edge first
+    Paper,
+    /// Every pair of spans, all three orders intersected: nothing of the model is cut away
+    Hull,
+}
+
+impl From<MethodArg> for Method {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Paper => Self::Paper,
+            MethodArg::Hull => Self::Hull,
+        }
+    }
+}
+
+/// Makes everything on a model of its own: an asset, comparison pictures, a report.
+///
+/// Nothing is needed but an empty folder: the model is generated. The asset, the pictures and `report.html` are put into
+/// the folder, and the last line says where to look.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  silmap demo -o silmap-demo")]
+pub(crate) struct DemoArgs {
+    /// Folder for the results
+    #[arg(short, long, value_name = "DIR", default_value = "silmap-demo")]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Makes an asset (.glb) out of a mesh.
+///
+/// Reads OBJ, PLY, STL, OFF, glTF and GLB. The mesh must be closed and consistently oriented; `--close-holes` and
+/// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap build bunny.ply --close-holes -o bunny.glb
+  silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json")]
+pub(crate) struct BuildArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// The asset to write
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub(crate) out: PathBuf,
+    /// Views to capture around the model
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
+    pub(crate) views: u32,
+    /// Views to keep in the map [default: 128]
+    #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(4..=65_536))]
+    pub(crate) keep: Option<u32>,
+    /// Keep as few views as hold this mean share of misclassified pixels, such as 0.5%
+    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
+    pub(crate) max_error: Option<Share>,
+    /// Side of the captured pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// How far a contour may move when it is simplified, in pixels
+    #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = parse_positive)]
+    pub(crate) tolerance: f64,
+    /// Which pixels the model covers
+    #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
+    pub(crate) coverage: CoverageArg,
+    /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units
+    #[arg(long, value_name = "LENGTH", default_value = "3R", value_parser = parse_length)]
+    pub(crate) radius: Length,
+    /// Faces of the coarse hull
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(4..))]
+    pub(crate) faces: u32,
+    /// Pictures of the model that are projected onto the hull
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) texture_views: u32,
+    /// Side of those pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) texture_size: u32,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    /// What draws the captured views
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = BackendArg::Auto)]
+    pub(crate) backend: BackendArg,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// What may be done to a mesh that is not closed and oriented.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct MendingArgs {
+    /// Fill holes in the mesh
+    #[arg(long)]
+    pub(crate) close_holes: bool,
+    /// Remove degenerate and duplicate faces, split non-manifold vertices, orient faces outward
+    #[arg(long)]
+    pub(crate) repair: bool,
+}
+
+/// What `render` draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ModeArg {
+    /// The full mesh (needs --model)
+    Original,
+    /// The hull, shaded, without its textures
+    Coarse,
+    /// The hull with its textures
+    Textured,
+    /// The textured hull, clipped to the interpolated silhouette
+    Clipped,
+    /// The interpolated silhouette alone
+    Silhouette,
+    /// Where the silhouette is wrong: red too much, blue too little (needs --model)
+    Difference,
+}
+
+/// How the outline is smoothed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AntialiasArg {
+    /// Not at all
+    None,
+    /// The contour once more as a soft line
+    Soft,
+    /// Four samples a pixel
+    Msaa,
+}
+
+/// Draws one picture of an asset.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap render bunny.glb --eye -0.2,0.2,0.3 -o bunny.png
+  silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png")]
+pub(crate) struct RenderArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+    /// The picture to write
+    #[arg(short, long, value_name = "IMG.png")]
+    pub(crate) out: PathBuf,
+    /// What to draw
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ModeArg::Clipped)]
+    pub(crate) mode: ModeArg,
+    /// How silhouettes are interpolated
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
+    pub(crate) method: MethodArg,
+    /// How the outline is smoothed
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = AntialiasArg::Soft)]
+    pub(crate) antialias: AntialiasArg,
+    /// What is behind the model: #rrggbb or transparent
+    #[arg(long, value_name = "COLOUR", default_value = "#ffffff", value_parser = parse_backdrop)]
+    pub(crate) background: Backdrop,
+    /// The full mesh, for modes that need it
+    #[arg(long, value_name = "MODEL")]
+    pub(crate) model: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// The file formats of a contour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ContourFormat {
+    /// One object with camera and loops
+    Json,
+    /// One path, filled
+    Svg,
+    /// A mask, white inside
+    Png,
+}
+
+/// Interpolates the outline of the model from a viewpoint.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap contour bunny.glb --eye 0.3,0.2,0.4 --format svg -o outline.svg
+  silmap contour bunny.glb --eye=-0.3,0.2,0.4 --method paper > outline.json")]
+pub(crate) struct ContourArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+    /// How silhouettes are interpolated
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
+    pub(crate) method: MethodArg,
+    /// What to write
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = ContourFormat::Json)]
+    pub(crate) format: ContourFormat,
+    /// File to write [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Says what is in an asset.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  silmap inspect bunny.glb --full --json")]
+pub(crate) struct InspectArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// List views and polytope triangles too
+    #[arg(long)]
+    pub(crate) full: bool,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Where test viewpoints are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum WhereArg {
+    /// Where random rays from the center meet the polytope of views
+    Polytope,
+    /// On the view sphere
+    Sphere,
+    /// At distances log-uniform in 1.5R to 10R, R the radius of the bounding sphere
+    Shell,
+}
+
+/// Measures how far interpolated outlines are from the true ones.
+///
+/// The share of misclassified pixels, relative to the pixels inside the true outline, and the part of it that is inside but
+/// predicted outside ("escaped").
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json")]
+pub(crate) struct EvaluateArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// The mesh it was made from
+    #[arg(long, value_name = "MODEL")]
+    pub(crate) model: PathBuf,
+    /// How many test viewpoints
+    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) viewpoints: u32,
+    /// Seed of the random directions
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Side of the test pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// How silhouettes are interpolated [default: every method]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) method: Option<MethodArg>,
+    /// Where the viewpoints are
+    #[arg(long = "where", value_name = "WHERE", value_enum, default_value_t = WhereArg::Polytope)]
+    pub(crate) placement: WhereArg,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Makes a coarse mesh that encloses a model.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap hull bunny.ply --close-holes --faces 500 --verify -o hull.obj
+  silmap hull bunny.ply --close-holes --volume-ratio 1.05 -o hull.glb")]
+pub(crate) struct HullArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// The hull to write: .obj, .ply or .glb
+    #[arg(short, long, value_name = "HULL")]
+    pub(crate) out: PathBuf,
+    /// Stop at this many faces [default: 500, unless another limit is given]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..))]
+    pub(crate) faces: Option<u32>,
+    /// Make a hull that the model encloses
+    #[arg(long)]
+    pub(crate) inner: bool,
+    /// Stop before the hull's volume over the model's passes this
+    #[arg(long, value_name = "X", value_parser = parse_positive)]
+    pub(crate) volume_ratio: Option<f64>,
+    /// Stop before a vertex is farther than this from the model; 0.01R is a hundredth of its bounding sphere's radius
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub(crate) max_distance: Option<Length>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    /// Check independently that nothing of the model is outside
+    #[arg(long)]
+    pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// The models silmap makes itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ModelKind {
+    /// A torus
+    Torus,
+    /// A tube along a trefoil knot
+    TrefoilKnot,
+    /// A body with three handles
+    ThreeHoledTorus,
+    /// A coloured creature-like shape with lobes, hollows and fine relief
+    Organic,
+}
+
+/// Generates a model to try things on.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  silmap generate torus --faces 65536 -o torus.ply")]
+pub(crate) struct GenerateArgs {
+    /// Which model
+    pub(crate) kind: ModelKind,
+    /// How many faces, at least approximately
+    #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(100..=20_000_000))]
+    pub(crate) faces: u32,
+    /// The mesh to write: .obj, .ply or .glb
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}

@@ -1,0 +1,142 @@
+//! `silmap contour`: the interpolated outline as numbers, as a drawing, or as a mask.
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use serde::Serialize;
+use silmap_geometry::polygon::fill_non_zero;
+use silmap_geometry::{Camera, Loop, Mask};
+use silmap_map::{Method, Outline, Scratch, outline};
+
+use crate::args::{ContourArgs, ContourFormat};
+use crate::camera::camera_from_args;
+use crate::files::read_asset;
+use crate::output::{self, OutputFile};
+use crate::pictures::encode_mask_png;
+
+#[derive(Serialize)]
+struct ContourJson<'a> {
+    method: &'a str,
+    camera: CameraJson,
+    triangle: [u32; 3],
+    barycentric: [f64; 3],
+    loops: Vec<Vec<[f64; 2]>>,
+    /// Of the interpolation alone, with warm buffers.
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct CameraJson {
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    fov_y_degrees: f64,
+    width: u32,
+    height: u32,
+}
+
+impl CameraJson {
+    /// The camera as eye, a point in the middle of its view, and its own up vector.
+    fn new(camera: &Camera, distance: f64) -> Self {
+        Self {
+            eye: camera.eye.to_array(),
+            target: (camera.eye + camera.forward * distance).to_array(),
+            up: camera.up.to_array(),
+            fov_y_degrees: camera.fov_y_rad().to_degrees(),
+            width: camera.width_px,
+            height: camera.height_px,
+        }
+    }
+}
+
+pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
+    let is_json_printed =
+        args.output.json || (args.out.is_none() && args.format == ContourFormat::Json);
+    if !is_json_printed
+        && args.out.is_none()
+        && args.format == ContourFormat::Png
+        && std::io::stdout().is_terminal()
+    {
+        bail!("a picture is not for the terminal: add -o IMG.png");
+    }
+    let file = args.out.as_deref().map(OutputFile::check).transpose()?;
+    let (asset, _) = read_asset(&args.asset)?;
+    let map = &asset.map;
+    let camera = camera_from_args(&args.camera, map.center, map.radius)?;
+    let named = || args.asset.display().to_string();
+    let mut scratch = Scratch::new(map).with_context(named)?;
+    // The first call fills the buffers that later ones, a frame each, find warm.
+    outline(map, &camera, args.method.into(), &mut scratch).with_context(named)?;
+    let since = Instant::now();
+    let outline = outline(map, &camera, args.method.into(), &mut scratch).with_context(named)?;
+    let seconds = since.elapsed().as_secs_f64();
+
+    let as_json = || ContourJson {
+        method: Method::from(args.method).name(),
+        camera: CameraJson::new(&camera, camera.eye.distance(map.center)),
+        triangle: map.triangles[outline.triangle as usize],
+        barycentric: outline.barycentric,
+        loops: loops_json(outline.simple_loops()),
+        seconds,
+    };
+    if let Some(file) = &file {
+        file.write(&encode(args.format, &camera, &outline, as_json)?)?;
+        if !is_json_printed {
+            let (loops, millis) = (outline.simple_loops().len(), 1e3 * seconds);
+            output::say(&format!("{}: {loops} loops in {millis:.3} ms", named()));
+        }
+    }
+    match (is_json_printed, file) {
+        (true, _) => output::print_json(&as_json()),
+        (false, Some(_)) => Ok(()),
+        (false, None) => output::print_bytes(&encode(args.format, &camera, &outline, as_json)?),
+    }
+}
+
+fn encode<'a>(
+    format: ContourFormat,
+    camera: &Camera,
+    outline: &Outline,
+    as_json: impl FnOnce() -> ContourJson<'a>,
+) -> anyhow::Result<Vec<u8>> {
+    match format {
+        ContourFormat::Json => Ok(serde_json::to_vec(&as_json())?),
+        ContourFormat::Svg => Ok(svg(camera, outline.simple_loops()).into_bytes()),
+        ContourFormat::Png => png(camera, outline),
+    }
+}
+
+fn loops_json(loops: &[Loop]) -> Vec<Vec<[f64; 2]>> {
+    loops
+        .iter()
+        .map(|points| points.iter().map(|p| p.to_array()).collect())
+        .collect()
+}
+
+/// One path with all loops: holes run against outer loops, so any fill rule shows them.
+fn svg(camera: &Camera, loops: &[Loop]) -> String {
+    let (width, height) = (camera.width_px, camera.height_px);
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\">\n<path fill=\"#333\" d=\""
+    );
+    for points in loops {
+        for (k, point) in points.iter().enumerate() {
+            let verb = if k == 0 { 'M' } else { 'L' };
+            // Writing into a string cannot fail. A thousandth of a pixel is finer than anything captured.
+            let _ = write!(text, "{verb}{:.3} {:.3}", point.x, point.y);
+        }
+        text.push('Z');
+    }
+    text.push_str("\"/>\n</svg>\n");
+    text
+}
+
+/// The filled outline, white on black.
+fn png(camera: &Camera, outline: &Outline) -> anyhow::Result<Vec<u8>> {
+    let mut mask = Mask::new(camera.width_px, camera.height_px);
+    fill_non_zero(outline.simple_loops(), &mut mask);
+    encode_mask_png(&mask)
+}

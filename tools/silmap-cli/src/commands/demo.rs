@@ -1,0 +1,287 @@
+//! `silmap demo`: the whole way on a model of silmap's own making, with pictures and a report to look at.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Context;
+use glam::DVec3;
+use serde::Serialize;
+use silmap_geometry::{Camera, ClosedMesh, ColourImage, TriangleMesh};
+use silmap_gpu::Gpu;
+use silmap_map::{Asset, Method, asset};
+use silmap_preprocess::evaluate::{
+    EvaluateParams, MethodErrors, ViewpointError, evaluate, summarise,
+};
+use silmap_preprocess::mesh_io::{self, Loaded};
+use silmap_preprocess::pipeline::{BuildParams, BuildReport};
+use silmap_report::{Picture, PictureRow, Report};
+use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
+
+use crate::args::{DemoArgs, ModelKind};
+use crate::commands::build::build_watched;
+use crate::commands::generate::generate;
+use crate::commands::open_gpu;
+use crate::interrupt;
+use crate::output::{self, OutputFile};
+use crate::pictures::{beside, encode_png, stacked};
+use crate::progress::Progress;
+
+/// Faces of the demo's model: enough that the hull is a hundredth of it.
+const MODEL_FACES: usize = 60_000;
+/// Captured views, fewer than by default to end sooner.
+const VIEWS: u32 = 640;
+/// Test viewpoints for the errors.
+const TEST_VIEWPOINTS: u32 = 60;
+/// Side of the pictures, pixels.
+const PICTURE_SIDE_PX: u32 = 512;
+/// Distance of the pictures' eyes in bounding-sphere radii: nearer than the captured views, so that nothing is one of them.
+const PICTURE_DISTANCE_RADII: f64 = 2.6;
+/// Where the pictures are taken from: a word for the reader, and the direction from the center.
+const PICTURE_EYES: [(&str, [f64; 3]); 4] = [
+    ("from the front", [0.25, 0.3, 1.0]),
+    ("from the right", [1.0, 0.15, 0.2]),
+    ("from behind, below", [-0.4, -0.35, -0.9]),
+    ("from above", [-0.5, 0.85, 0.35]),
+];
+/// What is drawn from each of them.
+const PICTURE_MODES: [(&str, Mode); 5] = [
+    ("original", Mode::Original),
+    ("coarse", Mode::Coarse),
+    ("textured", Mode::Textured),
+    ("clipped", Mode::Clipped),
+    ("difference", Mode::Difference),
+];
+/// The modes of the one picture that shows it all.
+const COMPARED: [Mode; 3] = [Mode::Original, Mode::Coarse, Mode::Clipped];
+
+#[derive(Serialize)]
+struct DemoJson {
+    report: PathBuf,
+    comparison: PathBuf,
+    asset: PathBuf,
+    model: PathBuf,
+    bytes: usize,
+    seconds: f64,
+}
+
+/// The pictures of one viewpoint, in the order of [`PICTURE_MODES`].
+type Row = (&'static str, Vec<ColourImage>);
+
+pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
+    let started = Instant::now();
+    output::prepare_folder(&args.out)?;
+    let gpu = open_gpu()?;
+    let in_folder = |name: &str| args.out.join(name);
+
+    let model = make_model().context("the demo's model")?;
+    write_mesh(&in_folder("organic.ply"), model.mesh.mesh())?;
+    let (asset, report) = build_watched(&model, &demo_params()).context("the demo's model")?;
+    let bytes = asset::write(&asset)?;
+    write(&in_folder("organic.glb"), &bytes)?;
+
+    let rows = draw(&gpu, &asset, model.mesh.mesh())?;
+    for (caption, pictures) in &rows {
+        for ((mode, _), picture) in PICTURE_MODES.iter().zip(pictures) {
+            let name = format!("{} {mode}.png", caption.replace(',', "")).replace(' ', "-");
+            write(&in_folder(&name), &encode_png(picture)?)?;
+        }
+    }
+    write(
+        &in_folder("comparison.png"),
+        &encode_png(&comparison(&rows))?,
+    )?;
+
+    let errors = measure(&asset, model.mesh.mesh())?;
+    let html = silmap_report::html(&Report {
+        title: "silmap demo".to_owned(),
+        asset: &asset,
+        bytes: byte_rows(&asset::sizes(&bytes)?),
+        seconds: second_rows(&report, started.elapsed().as_secs_f64()),
+        rows: picture_rows(&rows)?,
+        errors: error_rows(&errors),
+        notes: vec![
+            format!("Pictures drawn by {}.", gpu.adapter_name()),
+            format!(
+                "Made by {} with {}.",
+                asset.record.generator, asset.record.options
+            ),
+        ],
+    });
+    write(&in_folder("report.html"), html.as_bytes())?;
+    tell(args, bytes.len(), started.elapsed().as_secs_f64())
+}
+
+fn demo_params() -> BuildParams {
+    BuildParams {
+        views: VIEWS,
+        ..BuildParams::default()
+    }
+}
+
+fn make_model() -> anyhow::Result<Loaded> {
+    let mesh = ClosedMesh::try_from(generate(ModelKind::Organic, MODEL_FACES))?;
+    Ok(Loaded {
+        mesh,
+        name: "organic".to_owned(),
+        warnings: Vec::new(),
+    })
+}
+
+/// All pictures.
+fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Row>> {
+    let mut renderer = Renderer::new(gpu, RendererOptions::default());
+    renderer.load_asset(gpu, asset)?;
+    renderer.load_model(gpu, model)?;
+    let (center, radius) = (asset.map.center, asset.map.radius);
+    PICTURE_EYES
+        .iter()
+        .map(|&(caption, direction)| {
+            let away = DVec3::from_array(direction).normalize_or_zero();
+            let camera = Camera::fit_sphere(
+                center + away * (PICTURE_DISTANCE_RADII * radius),
+                center,
+                radius,
+                None,
+                (PICTURE_SIDE_PX, PICTURE_SIDE_PX),
+            )?;
+            let pictures = PICTURE_MODES
+                .iter()
+                .map(|&(_, mode)| {
+                    interrupt::check()?;
+                    let params = FrameParams {
+                        camera,
+                        mode,
+                        method: Method::Hull,
+                        antialias: Antialias::Soft,
+                        background: Background::Colour([255; 3]),
+                    };
+                    Ok(renderer.render(gpu, &params)?)
+                })
+                .collect::<anyhow::Result<_>>()?;
+            Ok((caption, pictures))
+        })
+        .collect()
+}
+
+/// One picture with a row for each viewpoint: the model, its bare hull, and what silmap makes of the hull.
+fn comparison(rows: &[Row]) -> ColourImage {
+    let sheets: Vec<ColourImage> = rows
+        .iter()
+        .map(|(_, pictures)| {
+            let chosen: Vec<&ColourImage> = PICTURE_MODES
+                .iter()
+                .zip(pictures)
+                .filter(|((_, mode), _)| COMPARED.contains(mode))
+                .map(|(_, picture)| picture)
+                .collect();
+            beside(&chosen)
+        })
+        .collect();
+    stacked(&sheets)
+}
+
+fn measure(asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<MethodErrors>> {
+    let params = EvaluateParams {
+        viewpoints: TEST_VIEWPOINTS,
+        ..EvaluateParams::default()
+    };
+    let errors: Vec<ViewpointError> =
+        Progress::new().watch(|monitor| evaluate(&asset.map, model, &params, monitor))?;
+    Ok(summarise(&errors))
+}
+
+fn byte_rows(sizes: &asset::AssetSizes) -> Vec<(String, u64)> {
+    [
+        ("silhouettes", sizes.map),
+        ("hull", sizes.hull),
+        ("textures", sizes.textures),
+        ("whole file", sizes.total),
+    ]
+    .map(|(name, bytes)| (name.to_owned(), bytes))
+    .to_vec()
+}
+
+fn second_rows(report: &BuildReport, total: f64) -> Vec<(String, f64)> {
+    let seconds = &report.seconds;
+    [
+        ("capture", seconds.capture),
+        ("contours", seconds.contours),
+        ("map", seconds.map),
+        ("hull", seconds.hull),
+        ("textures", seconds.textures),
+        ("everything, with pictures and errors", total),
+    ]
+    .map(|(name, seconds)| (name.to_owned(), seconds))
+    .to_vec()
+}
+
+fn picture_rows(rows: &[Row]) -> anyhow::Result<Vec<PictureRow>> {
+    rows.iter()
+        .map(|(caption, pictures)| {
+            let pictures = PICTURE_MODES
+                .iter()
+                .zip(pictures)
+                .map(|((label, _), picture)| {
+                    Ok(Picture {
+                        label: (*label).to_owned(),
+                        png: encode_png(picture)?,
+                    })
+                })
+                .collect::<anyhow::Result<_>>()?;
+            Ok(PictureRow {
+                caption: (*caption).to_owned(),
+                pictures,
+            })
+        })
+        .collect()
+}
+
+fn error_rows(errors: &[MethodErrors]) -> Vec<silmap_report::MethodErrors> {
+    errors
+        .iter()
+        .map(|e| silmap_report::MethodErrors {
+            method: e.method.name().to_owned(),
+            viewpoints: TEST_VIEWPOINTS,
+            misclassified: [
+                e.misclassified_mean,
+                e.misclassified_median,
+                e.misclassified_max,
+            ],
+            escaped: [e.escaped_mean, e.escaped_max],
+        })
+        .collect()
+}
+
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    OutputFile::check(path)?.write(bytes)
+}
+
+fn write_mesh(path: &Path, mesh: &TriangleMesh) -> anyhow::Result<()> {
+    OutputFile::check(path)?.write_by(|at| Ok(mesh_io::write(at, mesh)?))
+}
+
+fn tell(args: &DemoArgs, bytes: usize, seconds: f64) -> anyhow::Result<()> {
+    // The full path, to be clicked on; as typed where the system does not know it.
+    let folder = fs::canonicalize(&args.out).unwrap_or_else(|_| args.out.clone());
+    let result = DemoJson {
+        report: folder.join("report.html"),
+        comparison: folder.join("comparison.png"),
+        asset: folder.join("organic.glb"),
+        model: folder.join("organic.ply"),
+        bytes,
+        seconds,
+    };
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    output::print_bytes(
+        format!(
+            "done in {seconds:.0} s; look at\n  {}\n  {}\n  {} (opens in any glTF viewer)\n",
+            result.report.display(),
+            result.comparison.display(),
+            result.asset.display(),
+        )
+        .as_bytes(),
+    )
+}

@@ -1,0 +1,47 @@
+//! `silmap generate`: a model of silmap's own making.
+
+use std::path::Path;
+
+use serde::Serialize;
+use silmap_geometry::TriangleMesh;
+use silmap_preprocess::{mesh_io, models};
+
+use crate::args::{GenerateArgs, ModelKind};
+use crate::output::{self, OutputFile};
+
+#[derive(Serialize)]
+struct Generated<'a> {
+    out: &'a Path,
+    faces: usize,
+    vertices: usize,
+}
+
+pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<()> {
+    let file = OutputFile::check(&args.out)?;
+    let mesh = generate(args.kind, args.faces as usize);
+    file.write_by(|path| Ok(mesh_io::write(path, &mesh)?))?;
+    if args.output.json {
+        return output::print_json(&Generated {
+            out: &args.out,
+            faces: mesh.faces.len(),
+            vertices: mesh.positions.len(),
+        });
+    }
+    output::say(&format!(
+        "{}: {} faces, {} vertices",
+        args.out.display(),
+        mesh.faces.len(),
+        mesh.positions.len()
+    ));
+    Ok(())
+}
+
+/// The model of a kind with about this many faces.
+pub(crate) fn generate(kind: ModelKind, faces: usize) -> TriangleMesh {
+    match kind {
+        ModelKind::Torus => models::torus(faces),
+        ModelKind::TrefoilKnot => models::trefoil_knot(faces),
+        ModelKind::ThreeHoledTorus => models::three_holed_torus(faces),
+        ModelKind::Organic => models::organic(faces),
+    }
+}

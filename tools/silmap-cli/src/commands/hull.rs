@@ -1,0 +1,118 @@
+//! `silmap hull`: a coarse enclosing mesh alone.
+
+use std::time::Instant;
+
+use anyhow::Context;
+use glam::Vec3;
+use serde::Serialize;
+use silmap_geometry::TriangleMesh;
+use silmap_preprocess::hull::{self, HullLevel, HullParams, VerifyParams};
+use silmap_preprocess::mesh_io;
+
+use crate::args::HullArgs;
+use crate::files::load_model;
+use crate::output::{self, OutputFile};
+use crate::progress::Progress;
+
+/// Fewest faces of a closed mesh: the goal when only another limit was given.
+const FEWEST_FACES: u32 = 4;
+
+#[derive(Serialize)]
+struct HullJson {
+    faces: usize,
+    vertices: usize,
+    volume: f64,
+    original_volume: f64,
+    volume_ratio: f64,
+    /// Of growing the hull alone.
+    seconds: f64,
+    /// Null when it was not checked.
+    verified: Option<bool>,
+    /// How far the model pokes out of the hull (or an inner hull out of the model), model units; null when not checked.
+    escaped_distance: Option<f64>,
+}
+
+pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
+    let file = OutputFile::check(&args.out)?;
+    let model = load_model(&args.model, args.mending)?;
+    let params = params_from_args(args, model.mesh.bounds().radius);
+    let named = || args.model.display().to_string();
+    let since = Instant::now();
+    let sequence = Progress::new()
+        .watch(|monitor| hull::build(&model.mesh, &params, monitor))
+        .with_context(named)?;
+    // In single precision, as every format can hold it: what is verified is what is written.
+    let hull = in_single_precision(&sequence.level(params.target_faces as usize));
+    let seconds = since.elapsed().as_secs_f64();
+    let check = args.verify.then(|| {
+        let (enclosed, enclosing) = if args.inner {
+            (&hull, model.mesh.mesh())
+        } else {
+            (model.mesh.mesh(), &hull)
+        };
+        hull::verify(enclosed, enclosing, &VerifyParams::default())
+    });
+    file.write_by(|path| Ok(mesh_io::write(path, &hull)?))?;
+    let (volume, original_volume) = (hull.volume(), model.mesh.mesh().volume());
+    let result = HullJson {
+        faces: hull.faces.len(),
+        vertices: hull.positions.len(),
+        volume,
+        original_volume,
+        volume_ratio: volume / original_volume,
+        seconds,
+        verified: check.as_ref().map(|c| c.encloses),
+        escaped_distance: check.as_ref().map(|c| c.escaped_distance),
+    };
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    tell(args, &result);
+    Ok(())
+}
+
+fn in_single_precision(level: &HullLevel) -> TriangleMesh {
+    let rounded = level.round().hull;
+    TriangleMesh {
+        positions: rounded
+            .positions
+            .into_iter()
+            .map(|p| Vec3::from_array(p).as_dvec3())
+            .collect(),
+        faces: rounded.faces,
+        ..TriangleMesh::default()
+    }
+}
+
+fn tell(args: &HullArgs, result: &HullJson) {
+    let verdict = match result.verified {
+        None => "",
+        Some(true) => ", verified",
+        Some(false) => ", NOT verified",
+    };
+    output::say(&format!(
+        "{}: {} faces, {:.4} times the model's volume, {:.2} s{verdict}",
+        args.out.display(),
+        result.faces,
+        result.volume_ratio,
+        result.seconds
+    ));
+}
+
+/// The options as params, for a model of this bounding-sphere radius.
+fn params_from_args(args: &HullArgs, model_radius: f64) -> HullParams {
+    let defaults = HullParams::default();
+    let has_other_limit = args.volume_ratio.is_some() || args.max_distance.is_some();
+    let target_faces = match args.faces {
+        Some(faces) => faces,
+        None if has_other_limit => FEWEST_FACES,
+        None => defaults.target_faces,
+    };
+    HullParams {
+        target_faces,
+        volume_ratio: args.volume_ratio,
+        max_distance: args.max_distance.map(|d| d.in_units(model_radius)),
+        inner: args.inner,
+        ..defaults
+    }
+}

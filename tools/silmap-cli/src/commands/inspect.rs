@@ -1,0 +1,180 @@
+//! `silmap inspect`: what is in an asset.
+
+use serde::Serialize;
+use silmap_map::{Asset, asset};
+
+use crate::args::InspectArgs;
+use crate::files::read_asset;
+use crate::output;
+
+#[derive(Serialize)]
+struct Inspection<'a> {
+    format_version: u32,
+    model: ModelJson<'a>,
+    map: MapJson,
+    hull: HullJson,
+    textures: TexturesJson,
+    bytes: u64,
+    generator: &'a str,
+    options: &'a str,
+    /// Views kept and mean share of misclassified pixels, as the map was simplified.
+    error_curve: &'a [(u32, f64)],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    views: Option<Vec<ViewJson>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangles: Option<&'a [[u32; 3]]>,
+}
+
+#[derive(Serialize)]
+struct ModelJson<'a> {
+    name: &'a str,
+    faces: u64,
+    vertices: u64,
+    center: [f64; 3],
+    radius: f64,
+}
+
+#[derive(Serialize)]
+struct MapJson {
+    views: usize,
+    triangles: usize,
+    resolution: u32,
+    contour_vertices_mean: f64,
+    contour_vertices_max: usize,
+    has_depth: bool,
+    bytes: u64,
+}
+
+#[derive(Serialize)]
+struct HullJson {
+    faces: usize,
+    vertices: usize,
+    volume_ratio: f64,
+    bytes: u64,
+}
+
+#[derive(Serialize)]
+struct TexturesJson {
+    views: usize,
+    /// Side of the texture views, pixels.
+    size: u32,
+    /// Columns and rows of the atlas; null when there is none.
+    atlas_size: Option<[u32; 2]>,
+    bytes: u64,
+}
+
+#[derive(Serialize)]
+struct ViewJson {
+    eye: [f64; 3],
+    contour_vertices: usize,
+}
+
+pub(crate) fn run(args: &InspectArgs) -> anyhow::Result<()> {
+    let (asset, bytes) = read_asset(&args.asset)?;
+    let sizes = asset::sizes(&bytes)?;
+    let inspection = inspect(&asset, &sizes, args.full);
+    if args.output.json {
+        return output::print_json(&inspection);
+    }
+    output::print_bytes(describe(&inspection).as_bytes())
+}
+
+fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspection<'a> {
+    let (record, map) = (&asset.record, &asset.map);
+    let counts: Vec<usize> = map.contour_vertex_counts().collect();
+    let total: usize = counts.iter().sum();
+    Inspection {
+        format_version: asset::FORMAT_VERSION,
+        model: ModelJson {
+            name: &record.name,
+            faces: record.model_faces,
+            vertices: record.model_vertices,
+            center: map.center.to_array(),
+            radius: map.radius,
+        },
+        map: MapJson {
+            views: map.views.len(),
+            triangles: map.triangles.len(),
+            resolution: map.resolution_px,
+            contour_vertices_mean: total as f64 / counts.len().max(1) as f64,
+            contour_vertices_max: counts.iter().copied().max().unwrap_or(0),
+            has_depth: map.has_depth(),
+            bytes: sizes.map,
+        },
+        hull: HullJson {
+            faces: asset.hull.faces.len(),
+            vertices: asset.hull.positions.len(),
+            volume_ratio: asset.hull.volume_ratio,
+            bytes: sizes.hull,
+        },
+        textures: TexturesJson {
+            views: asset.textures.views.len(),
+            size: asset
+                .textures
+                .views
+                .first()
+                .map_or(0, |view| view.camera.width_px),
+            atlas_size: asset.textures.atlas.as_ref().map(|atlas| atlas.size_px),
+            bytes: sizes.textures,
+        },
+        bytes: sizes.total,
+        generator: &record.generator,
+        options: &record.options,
+        error_curve: &record.error_curve,
+        views: full.then(|| {
+            map.views
+                .iter()
+                .zip(&counts)
+                .map(|(view, &contour_vertices)| ViewJson {
+                    eye: view.camera.eye.to_array(),
+                    contour_vertices,
+                })
+                .collect()
+        }),
+        triangles: full.then_some(&map.triangles),
+    }
+}
+
+/// The same for people.
+fn describe(i: &Inspection<'_>) -> String {
+    let [x, y, z] = i.model.center;
+    let mut text = format!(
+        "model     {}: {} faces, {} vertices, center {x:.5},{y:.5},{z:.5}, radius {:.5}\n\
+         map       {} views, {} triangles, captured at {}², {:.0} contour vertices a view (most {}), {} bytes\n\
+         hull      {} faces, {} vertices, {:.4} times the model's volume, {} bytes\n\
+         textures  {} views of {}², {} bytes\n\
+         file      {} bytes, format {}, made by {} with {}\n",
+        i.model.name,
+        i.model.faces,
+        i.model.vertices,
+        i.model.radius,
+        i.map.views,
+        i.map.triangles,
+        i.map.resolution,
+        i.map.contour_vertices_mean,
+        i.map.contour_vertices_max,
+        i.map.bytes,
+        i.hull.faces,
+        i.hull.vertices,
+        i.hull.volume_ratio,
+        i.hull.bytes,
+        i.textures.views,
+        i.textures.size,
+        i.textures.bytes,
+        i.bytes,
+        i.format_version,
+        i.generator,
+        i.options,
+    );
+    for (k, view) in i.views.iter().flatten().enumerate() {
+        let [x, y, z] = view.eye;
+        text.push_str(&format!(
+            "view {k}  eye {x:.5},{y:.5},{z:.5}  {} contour vertices\n",
+            view.contour_vertices
+        ));
+    }
+    for (k, [a, b, c]) in i.triangles.into_iter().flatten().enumerate() {
+        text.push_str(&format!("triangle {k}  {a} {b} {c}\n"));
+    }
+    text
+}

@@ -1,0 +1,45 @@
+//! One module for each subcommand.
+
+mod build;
+mod contour;
+mod demo;
+mod evaluate;
+mod generate;
+mod hull;
+mod inspect;
+mod render;
+
+use silmap_gpu::{Gpu, GpuError};
+use thiserror::Error;
+
+use crate::args::Command;
+
+/// There is nothing to draw with.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(crate) struct NoAdapter(GpuError);
+
+/// Opens the graphics adapter.
+///
+/// # Errors
+/// [`NoAdapter`], which ends in an exit code of its own.
+pub(crate) fn open_gpu() -> Result<Gpu, NoAdapter> {
+    Gpu::new().map_err(NoAdapter)
+}
+
+/// Runs a subcommand.
+///
+/// # Errors
+/// One sentence.
+pub(crate) fn run(command: Command) -> anyhow::Result<()> {
+    match command {
+        Command::Demo(args) => demo::run(&args),
+        Command::Build(args) => build::run(&args),
+        Command::Render(args) => render::run(&args),
+        Command::Contour(args) => contour::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Hull(args) => hull::run(&args),
+        Command::Generate(args) => generate::run(&args),
+    }
+}

@@ -1,0 +1,58 @@
+//! Reading assets and models, with the file's name in front of whatever goes wrong.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
+use silmap_map::Asset;
+use silmap_preprocess::mesh_io::{self, LoadOptions, Loaded};
+use silmap_preprocess::pipeline::model_crc32;
+
+use crate::args::MendingArgs;
+use crate::output;
+
+/// Reads an asset; also gives the size of its file in bytes.
+///
+/// # Errors
+/// One sentence with the file's name.
+pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
+    let bytes = fs::read(path).with_context(|| path.display().to_string())?;
+    let asset = silmap_map::asset::read(&bytes).with_context(|| path.display().to_string())?;
+    Ok((asset, bytes))
+}
+
+/// Reads a closed model and prints its warnings.
+///
+/// # Errors
+/// One sentence with the file's name.
+pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Loaded> {
+    let options = LoadOptions {
+        close_holes: mending.close_holes,
+        repair: mending.repair,
+    };
+    let loaded = mesh_io::load(path, &options).with_context(|| path.display().to_string())?;
+    for warning in &loaded.warnings {
+        output::warn(&format!("{}: {warning}", path.display()));
+    }
+    Ok(loaded)
+}
+
+/// Reads the model that an asset was made from, with a warning when it seems to be another one.
+///
+/// # Errors
+/// As [`load_model`].
+pub(crate) fn load_model_of(
+    asset: &Asset,
+    path: &Path,
+    mending: MendingArgs,
+) -> anyhow::Result<Loaded> {
+    let loaded = load_model(path, mending)?;
+    if model_crc32(loaded.mesh.mesh()) != asset.record.model_crc32 {
+        output::warn(&format!(
+            "{}: this is not the mesh that the asset was made from ({})",
+            path.display(),
+            asset.record.name
+        ));
+    }
+    Ok(loaded)
+}

@@ -1,0 +1,221 @@
+//! Where results go: files that appear whole or not at all, one JSON object on standard output, messages on standard error.
+
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde::Serialize;
+
+use crate::interrupt;
+
+/// A file that will be written at the end of long work, checked before it.
+#[derive(Debug)]
+pub(crate) struct OutputFile {
+    path: PathBuf,
+    kind: Target,
+}
+
+/// What the path leads to.
+#[derive(Debug, PartialEq)]
+enum Target {
+    /// A regular file or nothing yet: written beside it and renamed onto it.
+    Regular,
+    /// A device or pipe: written in place, since renaming would put a file where the device was.
+    Special,
+}
+
+impl OutputFile {
+    /// Makes sure that a file can be written at `path`, leaving nothing behind.
+    ///
+    /// # Errors
+    /// One sentence when the folder is missing or cannot be written to, or the path is a folder.
+    pub(crate) fn check(path: &Path) -> anyhow::Result<Self> {
+        let shown = path.display();
+        // Behind a link the file it leads to is replaced, not the link.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        let kind = match fs::metadata(&path) {
+            Ok(found) if found.is_dir() => bail!("{shown}: it is a folder, a file is needed"),
+            Ok(found) if !found.is_file() => Target::Special,
+            _ => Target::Regular,
+        };
+        let file = Self { path, kind };
+        if file.kind == Target::Regular {
+            file.temporary()?;
+        }
+        Ok(file)
+    }
+
+    /// Puts the bytes there, whole.
+    ///
+    /// # Errors
+    /// When the disk is full or the folder has gone; whatever was at the path stays as it was. When the user asked to stop.
+    pub(crate) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
+        self.write_with(|file| file.write_all(bytes))
+    }
+
+    fn write_with(
+        &self,
+        fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> anyhow::Result<()> {
+        interrupt::check()?;
+        let cannot = || format!("{}: it cannot be written", self.path.display());
+        if self.kind == Target::Special {
+            let mut device = fs::OpenOptions::new()
+                .write(true)
+                .open(&self.path)
+                .with_context(cannot)?;
+            return fill(&mut device).with_context(cannot);
+        }
+        let mut temporary = self.temporary()?;
+        fill(temporary.as_file_mut()).with_context(cannot)?;
+        temporary.as_file().sync_all().with_context(cannot)?;
+        interrupt::check()?;
+        temporary.persist(&self.path).with_context(cannot)?;
+        Ok(())
+    }
+
+    /// As [`OutputFile::write`], for writers that take a path. The path they get has the final one's extension.
+    ///
+    /// # Errors
+    /// As [`OutputFile::write`], and what `fill` says.
+    pub(crate) fn write_by(
+        &self,
+        fill: impl FnOnce(&Path) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        interrupt::check()?;
+        if self.kind == Target::Special {
+            return fill(&self.path);
+        }
+        let temporary = self.temporary()?.into_temp_path();
+        fill(&temporary)?;
+        interrupt::check()?;
+        temporary
+            .persist(&self.path)
+            .with_context(|| format!("{}: it cannot be written", self.path.display()))
+    }
+
+    /// An empty file beside the final one, removed when it is dropped.
+    fn temporary(&self) -> anyhow::Result<tempfile::NamedTempFile> {
+        let folder = match self.path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        let extension = self
+            .path
+            .extension()
+            .map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
+        let suffix = format!(".part{extension}");
+        builder.prefix(".silmap-").suffix(&suffix);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // What any program's new file gets; the process's mask takes its part away.
+            const NEW_FILE_MODE: u32 = 0o666;
+            builder.permissions(fs::Permissions::from_mode(NEW_FILE_MODE));
+        }
+        builder.tempfile_in(folder).map_err(|error| {
+            let reason = match error.kind() {
+                ErrorKind::NotFound => "the folder does not exist".to_owned(),
+                ErrorKind::PermissionDenied => "no permission to write there".to_owned(),
+                // The inner error: the outer one names the temporary file, which means nothing to anybody.
+                _ => std::error::Error::source(&error)
+                    .map_or_else(|| error.to_string(), ToString::to_string),
+            };
+            anyhow::anyhow!(
+                "{}: nothing can be written to the folder {}: {reason}",
+                self.path.display(),
+                folder.display()
+            )
+        })
+    }
+}
+
+/// Makes a folder if it is not there and checks that files can be written into it.
+///
+/// # Errors
+/// One sentence when that fails.
+pub(crate) fn prepare_folder(folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    OutputFile::check(&folder.join("report.html")).map(drop)
+}
+
+/// Prints one JSON object and a line end on standard output.
+///
+/// # Errors
+/// When standard output cannot be written to; a closed one is nobody listening, which is fine.
+pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    let mut bytes = serde_json::to_vec(value).context("the result cannot be put into JSON")?;
+    bytes.push(b'\n');
+    print_bytes(&bytes)
+}
+
+/// Writes to standard output.
+///
+/// # Errors
+/// As [`print_json`].
+pub(crate) fn print_bytes(bytes: &[u8]) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        other => other.context("standard output cannot be written to"),
+    }
+}
+
+/// One line on standard error. A closed one is nobody listening.
+pub(crate) fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// A warning on standard error.
+pub(crate) fn warn(sentence: &str) {
+    say(&format!("silmap: warning: {sentence}"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_appears_whole_and_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let file = OutputFile::check(&path).unwrap();
+        assert!(!path.exists());
+        file.write(b"whole").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"whole");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_failed_write_leaves_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        fs::write(&path, "old").unwrap();
+        let file = OutputFile::check(&path).unwrap();
+        let failed = file.write_with(|out| {
+            out.write_all(b"new, but not")?;
+            Err(std::io::Error::other("the disk is full"))
+        });
+        assert!(failed.is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_or_a_missing_folder_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(OutputFile::check(folder.path()).is_err());
+        assert!(OutputFile::check(&folder.path().join("missing").join("a.txt")).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_stays_a_device() {
+        let null = Path::new("/dev/null");
+        OutputFile::check(null).unwrap().write(b"gone").unwrap();
+        assert!(!fs::metadata(null).unwrap().is_file());
+    }
+}

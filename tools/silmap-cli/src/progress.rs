@@ -1,0 +1,94 @@
+//! Progress bars on standard error, one for each stage.
+
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use silmap_preprocess::{Monitor, PrepEvent, Stage};
+
+use crate::interrupt;
+
+/// How often a bar is drawn again though nothing happened.
+const TICK: Duration = Duration::from_millis(120);
+
+/// Listens to the stages of long work.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    running: Mutex<BTreeMap<Stage, ProgressBar>>,
+    is_shown: bool,
+}
+
+impl Progress {
+    /// Bars if standard error is a terminal.
+    pub(crate) fn new() -> Self {
+        Self {
+            running: Mutex::default(),
+            is_shown: std::io::stderr().is_terminal(),
+        }
+    }
+
+    /// Does long work with a monitor that reports here and stops on ctrl-c.
+    pub(crate) fn watch<T>(&self, work: impl FnOnce(&Monitor<'_>) -> T) -> T {
+        let listen = |event| self.take(event);
+        let result = work(&Monitor::new(&listen, interrupt::flag()));
+        // A stage that failed half-way leaves its bar behind.
+        for bar in std::mem::take(&mut *self.lock()).into_values() {
+            bar.finish_and_clear();
+        }
+        result
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<Stage, ProgressBar>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn take(&self, event: PrepEvent) {
+        if !self.is_shown {
+            return;
+        }
+        let mut running = self.lock();
+        match event {
+            PrepEvent::Started { stage, total } => {
+                running.insert(stage, new_bar(stage, total));
+            }
+            PrepEvent::Advanced { stage, count } => {
+                if let Some(bar) = running.get(&stage) {
+                    bar.inc(count);
+                }
+            }
+            PrepEvent::Finished { stage } => {
+                if let Some(bar) = running.remove(&stage) {
+                    bar.finish_and_clear();
+                }
+            }
+        }
+    }
+}
+
+fn new_bar(stage: Stage, total: u64) -> ProgressBar {
+    let bar = if total == 0 {
+        ProgressBar::new_spinner()
+    } else {
+        let style = ProgressStyle::with_template("{msg:<22} {bar:32} {pos}/{len} {eta}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::new(total).with_style(style)
+    };
+    bar.set_message(stage_sentence(stage));
+    bar.enable_steady_tick(TICK);
+    bar
+}
+
+fn stage_sentence(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Load => "reading the mesh",
+        Stage::Capture => "capturing silhouettes",
+        Stage::Contours => "tracing contours",
+        Stage::Map => "choosing views",
+        Stage::Hull => "growing the hull",
+        Stage::Textures => "taking textures",
+        Stage::Write => "writing",
+        Stage::Evaluate => "measuring errors",
+    }
+}

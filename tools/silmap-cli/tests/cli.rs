@@ -1,0 +1,677 @@
+//! The real binary: what it prints, what it leaves on disk, and how it ends.
+//!
+//! Meshes are generated, small, and made once for all tests of this file.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on fails where it stands"
+)]
+
+mod common;
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{
+    Ended, SMALL_BUILD, bare, check_one_sentence, fixture, is_gpu_skipped, run, run_json, scratch,
+};
+use serde_json::Value;
+
+/// Asserts that a JSON object has a value at each path, its parts split by dots.
+fn check_fields(object: &Value, paths: &[&str]) {
+    for path in paths {
+        let pointer = format!("/{}", path.replace('.', "/"));
+        assert!(
+            object.pointer(&pointer).is_some_and(|v| !v.is_null()),
+            "{path} is missing in {object}"
+        );
+    }
+}
+
+fn path(p: &Path) -> &str {
+    p.to_str().unwrap()
+}
+
+#[test]
+fn help_is_as_it_was() {
+    let mut text = String::new();
+    for command in [
+        "", "demo", "build", "render", "contour", "inspect", "evaluate", "hull", "generate",
+    ] {
+        let arguments: Vec<&str> = [command, "--help"]
+            .into_iter()
+            .filter(|a| !a.is_empty())
+            .collect();
+        let ended = run(&arguments);
+        assert_eq!(ended.code, 0, "{command}: {}", ended.err);
+        assert!(ended.out.contains("Example"), "{command} shows no example");
+        text.push_str(&format!(
+            "$ silmap {}\n{}\n",
+            arguments.join(" "),
+            ended.out
+        ));
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let expected = fs::read_to_string(root.join("tests/golden/help.txt")).unwrap_or_default();
+    if text != expected {
+        let actual = root.join("target/image-tests/actual");
+        fs::create_dir_all(&actual).unwrap();
+        fs::write(actual.join("help.txt"), &text).unwrap();
+        panic!("the help has changed; when that is right: cargo xtask bless help.txt\n{text}");
+    }
+}
+
+#[test]
+fn wrong_usage_ends_in_2() {
+    let asset = path(&fixture().asset);
+    for arguments in [
+        &["build"][..],
+        &["paint"],
+        &["build", "m.ply", "-o", "o.glb", "--views", "0"],
+        &[
+            "build",
+            "m.ply",
+            "-o",
+            "o.glb",
+            "--keep",
+            "9",
+            "--max-error",
+            "1%",
+        ],
+        &[
+            "build", "m.ply", "-o", "o.glb", "--views", "100", "--keep", "101",
+        ],
+        &["build", "m.ply", "-o", "o.glb", "--max-error", "2"],
+        &["build", "m.ply", "-o", "o.glb", "--tighten", "best"],
+        &["contour", asset, "--eye", "1,2"],
+        &["contour", asset, "--eye", "0,0,3", "--size", "0x5"],
+        &["contour", asset, "--eye", "0,0,3", "--method", "tight"],
+        &["contour", asset],
+        &[
+            "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "original",
+        ],
+    ] {
+        let ended = run(arguments);
+        assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.err);
+        assert_eq!(ended.out, "", "{arguments:?}");
+    }
+}
+
+#[test]
+fn build_and_inspect_say_what_scripts_read() {
+    let made = &fixture().build;
+    check_fields(
+        made,
+        &[
+            "out",
+            "bytes",
+            "seconds.load",
+            "seconds.capture",
+            "seconds.contours",
+            "seconds.map",
+            "seconds.hull",
+            "seconds.textures",
+            "seconds.write",
+            "seconds.total",
+            "views",
+            "kept",
+            "hull_faces",
+            "volume_ratio",
+            "error.misclassified_mean",
+            "error.misclassified_max",
+            "warnings",
+        ],
+    );
+    let asset = &fixture().asset;
+    assert_eq!(made["bytes"], fs::metadata(asset).unwrap().len());
+    assert!(made["volume_ratio"].as_f64().unwrap() > 1.0);
+
+    let inspected = run_json(&["inspect", path(asset), "--full", "--json"]);
+    check_fields(
+        &inspected,
+        &[
+            "format_version",
+            "model.name",
+            "model.faces",
+            "model.vertices",
+            "model.center",
+            "model.radius",
+            "map.views",
+            "map.triangles",
+            "map.resolution",
+            "map.contour_vertices_mean",
+            "map.contour_vertices_max",
+            "map.has_depth",
+            "map.bytes",
+            "hull.faces",
+            "hull.vertices",
+            "hull.volume_ratio",
+            "hull.bytes",
+            "textures.views",
+            "textures.size",
+            "textures.atlas_size",
+            "textures.bytes",
+            "bytes",
+            "views.0.eye",
+            "views.0.contour_vertices",
+            "triangles.0",
+        ],
+    );
+    assert_eq!(inspected["map"]["views"], made["kept"]);
+    assert_eq!(inspected["hull"]["faces"], made["hull_faces"]);
+    assert_eq!(inspected["bytes"], made["bytes"]);
+    let views = inspected["views"].as_array().unwrap().len();
+    assert_eq!(
+        inspected["triangles"].as_array().unwrap().len(),
+        2 * views - 4
+    );
+    assert_eq!(inspected["model"]["name"], "torus");
+
+    let brief = run_json(&["inspect", path(asset), "--json"]);
+    assert!(brief.get("views").is_none() && brief.get("triangles").is_none());
+    let told = run(&["inspect", path(asset)]);
+    assert!(told.code == 0 && told.out.contains("hull"), "{}", told.out);
+}
+
+#[test]
+fn both_ways_to_write_an_eye_give_the_same_contour() {
+    let asset = path(&fixture().asset);
+    let mut contours = [
+        &["contour", asset, "--eye", "-1,0.5,-4"][..],
+        &["contour", asset, "--eye=-1,0.5,-4"],
+        &["contour", asset, "--eye=-1,0.5,-4", "--format", "json"],
+    ]
+    .map(run_json);
+    for contour in &mut contours {
+        check_fields(
+            contour,
+            &[
+                "method",
+                "camera.eye",
+                "camera.target",
+                "camera.up",
+                "camera.fov_y_degrees",
+                "camera.width",
+                "camera.height",
+                "triangle.2",
+                "barycentric.2",
+                "loops.0.0.1",
+                "seconds",
+            ],
+        );
+        contour["seconds"] = Value::Null;
+    }
+    assert_eq!(contours[0], contours[1]);
+    assert_eq!(contours[0], contours[2]);
+    assert_eq!(
+        contours[0]["camera"]["eye"],
+        serde_json::json!([-1.0, 0.5, -4.0])
+    );
+    let sum: f64 = contours[0]["barycentric"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|w| w.as_f64().unwrap())
+        .sum();
+    assert!((sum - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_contour_is_also_a_drawing_and_a_mask() {
+    let (asset, folder) = (path(&fixture().asset), scratch("contour"));
+    let svg = run(&["contour", asset, "--eye", "1,3,2", "--format", "svg"]);
+    assert!(
+        svg.out.starts_with("<svg") && svg.out.contains("<path"),
+        "{}",
+        svg.out
+    );
+    let png = folder.join("mask.png");
+    let ended = run(&[
+        "contour",
+        asset,
+        "--eye",
+        "1,3,2",
+        "--format",
+        "png",
+        "--size",
+        "90x60",
+        "-o",
+        path(&png),
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let mask = image::open(&png).unwrap().to_luma8();
+    assert_eq!(mask.dimensions(), (90, 60));
+    let white = mask.pixels().filter(|p| p.0[0] == 255).count();
+    assert!((300..4000).contains(&white), "{white} pixels are inside");
+    assert_eq!(mask.get_pixel(0, 0).0[0], 0);
+}
+
+#[test]
+fn evaluate_says_what_scripts_read() {
+    let (asset, model) = (path(&fixture().asset), path(&fixture().model));
+    for place in ["polytope", "sphere", "shell"] {
+        let evaluation = run_json(&[
+            "evaluate",
+            asset,
+            "--model",
+            model,
+            "--viewpoints",
+            "5",
+            "--where",
+            place,
+            "--resolution",
+            "128",
+            "--json",
+        ]);
+        assert_eq!(evaluation["viewpoints"], 5);
+        assert_eq!(evaluation["where"], place);
+        for method in ["paper", "hull"] {
+            let row = &evaluation["methods"][method];
+            check_fields(
+                row,
+                &[
+                    "misclassified_mean",
+                    "misclassified_median",
+                    "misclassified_max",
+                    "escaped_mean",
+                    "escaped_max",
+                ],
+            );
+            let mean = row["misclassified_mean"].as_f64().unwrap();
+            assert!(mean > 0.0 && mean < 0.5, "{place}, {method}: {mean}");
+        }
+        let each = evaluation["per_viewpoint"].as_array().unwrap();
+        assert_eq!(each.len(), 10);
+        check_fields(&each[0], &["eye", "method", "misclassified", "escaped"]);
+    }
+    let one = run_json(&[
+        "evaluate",
+        asset,
+        "--model",
+        model,
+        "--viewpoints",
+        "2",
+        "--method",
+        "hull",
+        "--json",
+    ]);
+    assert!(one["methods"].get("paper").is_none());
+}
+
+#[test]
+fn another_model_than_the_assets_is_said() {
+    let folder = scratch("another");
+    let other = folder.join("knot.ply");
+    assert_eq!(
+        run(&[
+            "generate",
+            "trefoil-knot",
+            "--faces",
+            "800",
+            "-o",
+            path(&other)
+        ])
+        .code,
+        0
+    );
+    let ended = run(&[
+        "evaluate",
+        path(&fixture().asset),
+        "--model",
+        path(&other),
+        "--viewpoints",
+        "1",
+    ]);
+    assert!(
+        ended.err.contains("knot.ply: this is not the mesh"),
+        "{}",
+        ended.err
+    );
+    let same = run(&[
+        "evaluate",
+        path(&fixture().asset),
+        "--model",
+        path(&fixture().model),
+        "--viewpoints",
+        "1",
+    ]);
+    assert!(!same.err.contains("warning"), "{}", same.err);
+}
+
+#[test]
+fn hull_says_what_scripts_read_and_writes_every_format() {
+    let (model, folder) = (path(&fixture().model), scratch("hull"));
+    for name in ["hull.obj", "hull.ply", "hull.glb"] {
+        let out = folder.join(name);
+        let hull = run_json(&[
+            "hull",
+            model,
+            "--faces",
+            "120",
+            "--verify",
+            "-o",
+            path(&out),
+            "--json",
+        ]);
+        check_fields(
+            &hull,
+            &[
+                "faces",
+                "vertices",
+                "volume",
+                "original_volume",
+                "volume_ratio",
+                "seconds",
+                "verified",
+                "escaped_distance",
+            ],
+        );
+        assert_eq!(hull["verified"], true, "{hull}");
+        assert!(hull["faces"].as_u64().unwrap() <= 120);
+        assert!(hull["volume_ratio"].as_f64().unwrap() > 1.0);
+        // What was written is a model again.
+        let again = run_json(&[
+            "hull",
+            path(&out),
+            "--faces",
+            "100000",
+            "-o",
+            path(&out),
+            "--json",
+        ]);
+        assert_eq!(again["faces"], hull["faces"]);
+    }
+    let out = folder.join("inner.obj");
+    let inner = run_json(&[
+        "hull",
+        model,
+        "--faces",
+        "120",
+        "--inner",
+        "-o",
+        path(&out),
+        "--json",
+    ]);
+    assert!(inner["volume_ratio"].as_f64().unwrap() < 1.0);
+    assert!(inner["verified"].is_null());
+}
+
+#[test]
+fn pictures_have_the_size_asked_for_and_differ_by_mode() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model, folder) = (
+        path(&fixture().asset),
+        path(&fixture().model),
+        scratch("render"),
+    );
+    let mut seen: Vec<Vec<u8>> = Vec::new();
+    for mode in [
+        "original",
+        "coarse",
+        "textured",
+        "clipped",
+        "silhouette",
+        "difference",
+    ] {
+        let out = folder.join(format!("{mode}.png"));
+        let ended = run(&[
+            "render",
+            asset,
+            "--eye",
+            "1,3,2",
+            "--size",
+            "96x64",
+            "--mode",
+            mode,
+            "--model",
+            model,
+            "--antialias",
+            "none",
+            "-o",
+            path(&out),
+        ]);
+        assert_eq!(ended.code, 0, "{mode}: {}", ended.err);
+        let picture = image::open(&out).unwrap().to_rgba8();
+        assert_eq!(picture.dimensions(), (96, 64), "{mode}");
+        assert_eq!(
+            picture.get_pixel(0, 0).0,
+            [255; 4],
+            "{mode}: the background"
+        );
+        let bytes = picture.into_raw();
+        assert!(!seen.contains(&bytes), "{mode} looks like another mode");
+        seen.push(bytes);
+    }
+}
+
+#[test]
+fn an_eye_that_sees_nothing_is_refused() {
+    let (asset, folder) = (path(&fixture().asset), scratch("eye"));
+    let out = folder.join("never.png");
+    let center = run_json(&["inspect", asset, "--json"])["model"]["center"].clone();
+    let center: Vec<String> = center
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    for eye in ["0.6,0,0", &center.join(","), "nan,0,3", "inf,0,0"] {
+        let eye = format!("--eye={eye}");
+        for arguments in [
+            vec!["contour", asset, &eye],
+            vec!["contour", asset, &eye, "--fov", "40"],
+            vec!["render", asset, &eye, "-o", path(&out)],
+        ] {
+            let ended = run(&arguments);
+            check_one_sentence(&ended, &format!("{arguments:?}"));
+            assert_eq!(ended.out, "");
+        }
+    }
+    for (option, value) in [
+        ("--fov", "0"),
+        ("--fov", "180"),
+        ("--up", "0,0,0"),
+        ("--up", "0,0,5"),
+    ] {
+        let ended = run(&["contour", asset, "--eye", "0,0,4", option, value]);
+        check_one_sentence(&ended, &format!("{option} {value}"));
+    }
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_broken_asset_is_refused() {
+    let folder = scratch("broken");
+    let file = folder.join("broken.glb");
+    let good = fs::read(&fixture().asset).unwrap();
+    let mut broken: Vec<(String, Vec<u8>)> = vec![
+        ("empty".to_owned(), Vec::new()),
+        ("not one".to_owned(), b"a text".to_vec()),
+        ("longer".to_owned(), [&good[..], b"more"].concat()),
+    ];
+    for part in [
+        1,
+        11,
+        12,
+        19,
+        20,
+        good.len() / 3,
+        good.len() - 4,
+        good.len() - 1,
+    ] {
+        broken.push((format!("cut at {part}"), good[..part].to_vec()));
+    }
+    let stride = good.len() / 40;
+    for place in (0..24).chain((0..40).map(|k| k * stride + 7)) {
+        let mut bytes = good.clone();
+        bytes[place] ^= 0x10;
+        broken.push((format!("byte {place} flipped"), bytes));
+    }
+    for (what, bytes) in broken {
+        fs::write(&file, bytes).unwrap();
+        let ended = run(&["inspect", path(&file)]);
+        check_one_sentence(&ended, &what);
+        assert!(ended.err.contains("broken.glb"), "{what}: {}", ended.err);
+    }
+    let missing = run(&["inspect", path(&folder.join("missing.glb"))]);
+    check_one_sentence(&missing, "missing");
+    // A mesh where an asset is needed.
+    check_one_sentence(&run(&["inspect", path(&fixture().model)]), "a mesh");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_the_work() {
+    let folder = scratch("unwritable");
+    let model = path(&fixture().model);
+    let file = folder.join("file");
+    fs::write(&file, "a file, not a folder").unwrap();
+    let outs = [
+        folder.join("missing/out.glb"),
+        file.join("out.glb"),
+        folder.clone(),
+        PathBuf::from("/proc/out.glb"),
+    ];
+    for out in &outs {
+        // The full settings would take a minute.
+        let since = Instant::now();
+        let ended = run(&["build", model, "-o", path(out)]);
+        check_one_sentence(&ended, path(out));
+        assert!(
+            since.elapsed() < Duration::from_secs(10),
+            "{}",
+            out.display()
+        );
+    }
+    for command in [
+        vec!["hull", model, "-o", path(&outs[1])],
+        vec!["generate", "torus", "-o", path(&outs[1])],
+        vec!["demo", "-o", path(&file)],
+    ] {
+        check_one_sentence(&run(&command), &format!("{command:?}"));
+    }
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said() {
+    let ended = run(&[
+        "contour",
+        path(&fixture().asset),
+        "--eye",
+        "0,0,4",
+        "-o",
+        "/dev/full",
+    ]);
+    check_one_sentence(&ended, "/dev/full");
+}
+
+#[test]
+fn a_failed_build_leaves_what_was_there() {
+    let folder = scratch("failed");
+    let (model, out) = (folder.join("open.obj"), folder.join("out.glb"));
+    fs::write(&model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    fs::write(&out, "what was there").unwrap();
+    let ended = run(&["build", path(&model), "-o", path(&out)]);
+    check_one_sentence(&ended, "an open mesh");
+    assert!(ended.err.contains("open.obj"), "{}", ended.err);
+    assert_eq!(fs::read(&out).unwrap(), b"what was there");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
+}
+
+#[test]
+fn without_an_adapter_only_pictures_are_impossible() {
+    let (asset, model, folder) = (
+        path(&fixture().asset),
+        path(&fixture().model),
+        scratch("adapter"),
+    );
+    let without = |arguments: &[&str]| {
+        let mut command = bare();
+        command.args(arguments).env("WGPU_BACKEND", "vulkan");
+        for name in ["VK_ICD_FILENAMES", "VK_DRIVER_FILES"] {
+            command.env(name, "/nonexistent/driver.json");
+        }
+        Ended::of(&mut command)
+    };
+    let picture = folder.join("never.png");
+    let ended = without(&["render", asset, "--eye", "0,0,4", "-o", path(&picture)]);
+    assert_eq!(ended.code, 3, "{}", ended.err);
+    assert!(ended.err.contains("mesa-vulkan-drivers"), "{}", ended.err);
+    assert_eq!(ended.err.lines().count(), 1, "{}", ended.err);
+    assert!(!picture.exists());
+
+    let out = folder.join("again.glb");
+    let mut build = vec!["build", model, "-o", path(&out)];
+    build.extend(SMALL_BUILD);
+    assert_eq!(without(&build).code, 0);
+    assert_eq!(without(&["contour", asset, "--eye", "0,0,4"]).code, 0);
+    assert_eq!(without(&["inspect", asset]).code, 0);
+    let evaluate = ["evaluate", asset, "--model", model, "--viewpoints", "1"];
+    assert_eq!(without(&evaluate).code, 0);
+
+    build.extend(["--backend", "gpu"]);
+    let refused = without(&build);
+    assert_eq!(refused.code, 3, "{}", refused.err);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_build_leaves_nothing() {
+    let folder = scratch("interrupted");
+    let model = folder.join("big.ply");
+    let made = run(&["generate", "torus", "--faces", "60000", "-o", path(&model)]);
+    assert_eq!(made.code, 0, "{}", made.err);
+    let out = folder.join("out.glb");
+    // Far more work than the test waits for.
+    let mut child = bare()
+        .args(["build", path(&model), "-o", path(&out), "--views", "20000"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(2500));
+    assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let since = Instant::now();
+    let status = child.wait().unwrap();
+    assert!(since.elapsed() < Duration::from_secs(20));
+    let mut err = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut err)
+        .unwrap();
+    assert_eq!(status.code(), Some(130), "{err}");
+    assert_eq!(err, "silmap: interrupted\n");
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[test]
+fn nobody_listening_is_no_panic() {
+    let mut child = bare()
+        .args(["inspect", path(&fixture().asset), "--full"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let status = child.wait().unwrap();
+    let mut err = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut err)
+        .unwrap();
+    assert_eq!((status.code(), err.as_str()), (Some(0), ""));
+}

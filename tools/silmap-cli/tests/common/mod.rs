@@ -1,0 +1,131 @@
+//! Running the binary, and one small asset for everybody.
+
+#![allow(
+    dead_code,
+    reason = "each test file is a crate of its own and uses a part of this"
+)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+/// Options of a build that takes a second.
+pub(crate) const SMALL_BUILD: &[&str] = &[
+    "--views",
+    "64",
+    "--keep",
+    "20",
+    "--resolution",
+    "96",
+    "--faces",
+    "120",
+    "--texture-views",
+    "4",
+    "--texture-size",
+    "32",
+];
+
+/// How a run of the binary ended.
+#[derive(Debug)]
+pub(crate) struct Ended {
+    /// Exit code; −1 when a signal ended it.
+    pub(crate) code: i32,
+    /// Standard output.
+    pub(crate) out: String,
+    /// Standard error.
+    pub(crate) err: String,
+}
+
+impl Ended {
+    /// Runs a command to its end.
+    pub(crate) fn of(command: &mut Command) -> Self {
+        let output = command.output().unwrap();
+        Self {
+            code: output.status.code().unwrap_or(-1),
+            out: String::from_utf8_lossy(&output.stdout).into_owned(),
+            err: String::from_utf8_lossy(&output.stderr).into_owned(),
+        }
+    }
+}
+
+/// The binary, with lines of one width whatever the terminal.
+pub(crate) fn bare() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_silmap"));
+    command.env("COLUMNS", "100");
+    command
+}
+
+/// Runs the binary.
+pub(crate) fn run(arguments: &[&str]) -> Ended {
+    Ended::of(bare().args(arguments))
+}
+
+/// Runs the binary, which must succeed, and reads what it printed.
+pub(crate) fn run_json(arguments: &[&str]) -> Value {
+    let ended = run(arguments);
+    assert_eq!(ended.code, 0, "{arguments:?}: {}", ended.err);
+    serde_json::from_str(&ended.out).unwrap_or_else(|e| panic!("{arguments:?}: {e}: {}", ended.out))
+}
+
+/// Asserts that a run ended in exit code 1 and one sentence.
+pub(crate) fn check_one_sentence(ended: &Ended, what: &str) {
+    assert_eq!(ended.code, 1, "{what}: {ended:?}");
+    assert!(
+        ended.err.starts_with("silmap: error: "),
+        "{what}: {}",
+        ended.err
+    );
+    assert_eq!(ended.err.lines().count(), 1, "{what}: {}", ended.err);
+    assert!(!ended.err.contains("panicked"), "{what}: {}", ended.err);
+}
+
+/// An empty folder for one test.
+pub(crate) fn scratch(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Whether tests with a graphics adapter are to be left out; says so.
+pub(crate) fn is_gpu_skipped() -> bool {
+    let is_skipped = std::env::var("SILMAP_GPU").is_ok_and(|v| v == "skip");
+    if is_skipped {
+        eprintln!("skipped, because SILMAP_GPU=skip: pictures");
+    }
+    is_skipped
+}
+
+/// A generated torus and the asset made from it.
+#[derive(Debug)]
+pub(crate) struct Fixture {
+    /// The mesh.
+    pub(crate) model: PathBuf,
+    /// The asset.
+    pub(crate) asset: PathBuf,
+    /// What `build --json` printed.
+    pub(crate) build: Value,
+}
+
+/// The fixture of this test file, made when it is first asked for.
+pub(crate) fn fixture() -> &'static Fixture {
+    static MADE: OnceLock<Fixture> = OnceLock::new();
+    MADE.get_or_init(|| {
+        let folder = scratch(concat!("fixture-", env!("CARGO_CRATE_NAME")));
+        let (model, asset) = (folder.join("torus.ply"), folder.join("torus.glb"));
+        let model_text = model.to_str().unwrap();
+        let made = run(&["generate", "torus", "--faces", "1200", "-o", model_text]);
+        assert_eq!(made.code, 0, "{}", made.err);
+        let mut arguments = vec!["build", model_text, "-o", asset.to_str().unwrap(), "--json"];
+        arguments.extend(SMALL_BUILD);
+        let build = run_json(&arguments);
+        Fixture {
+            model,
+            asset,
+            build,
+        }
+    })
+}
