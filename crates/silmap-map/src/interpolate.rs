@@ -3,8 +3,8 @@
 //! Source: Silhouette Mapping, sections 5 (`3dSillInterp`) and 5.1 (`triSillInterp`): locate the triangle, interpolate along
 //! the edge nearest to the point p_t on it, then between that and the third view, then map to the eye by the homography of
 //! the plane through the center parallel to the triangle.
-//! Deviation: method [`Method::Hull`] does this in all three orders, with all pairs of intervals, and intersects: each order
-//! is conservative, so the intersection is, and it does not depend on which edge is nearest.
+//! Deviation: method [`Method::Hull`] does this in all three orders, with all pairs of intervals as far as they can meet in the
+//! bounding sphere, and intersects: each order is conservative, so the intersection is, and it depends on no nearest edge.
 
 use glam::{DMat3, DVec3};
 use silmap_geometry::{Camera, Loop};
@@ -15,7 +15,7 @@ use crate::intersect::IntersectScratch;
 use crate::linear::{LinearScratch, Pairing, Seen, object_from_epipolar, project_loops};
 use crate::loops::FlatLoops;
 use crate::polytope::{Location, Polytope, PolytopeError};
-use crate::{CapturedView, SilhouetteMap};
+use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// How silhouettes are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -141,7 +141,7 @@ pub fn outline(
     let views = ids.map(|v| &map.views[v as usize]);
     let layers = scratch
         .triangle
-        .interpolate(map.center, views, &location, camera, method)
+        .interpolate(map.bounding_sphere(), views, &location, camera, method)
         .map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
             one: ids[i],
             two: ids[j],
@@ -181,7 +181,7 @@ impl TriangleInterpolator {
     /// The two corners that cannot be rectified with each other.
     pub fn interpolate(
         &mut self,
-        center: DVec3,
+        sphere: BoundingSphere,
         views: [&CapturedView; 3],
         location: &Location,
         camera: &Camera,
@@ -190,7 +190,7 @@ impl TriangleInterpolator {
         let eyes = views.map(|v| v.camera.eye);
         let normal = (eyes[1] - eyes[0]).cross(eyes[2] - eyes[0]);
         let image_from_rays = image_from_object(camera)
-            * plane_homography(center, normal, location.point, camera.eye);
+            * plane_homography(sphere.center, normal, location.point, camera.eye);
         for (captured, view) in self.captured.iter_mut().zip(views) {
             captured.assign(view.contours.iter().map(|c| c.points.as_slice()));
         }
@@ -206,7 +206,7 @@ impl TriangleInterpolator {
         match method {
             Method::Paper => {
                 let last = opposite_to_nearest_edge(&eyes, location);
-                self.two_steps(center, views, location, last, Pairing::Cliques)
+                self.two_steps(sphere, views, location, last, Pairing::Cliques)
                     .map(|matrix| {
                         project_loops(
                             &self.inner,
@@ -217,7 +217,15 @@ impl TriangleInterpolator {
             }
             Method::Hull => {
                 for last in 0..3 {
-                    let matrix = self.two_steps(center, views, location, last, Pairing::All)?;
+                    let matrix = self.two_steps(
+                        sphere,
+                        views,
+                        location,
+                        last,
+                        Pairing::Within {
+                            radius: sphere.radius,
+                        },
+                    )?;
                     project_loops(
                         &self.inner,
                         &(image_from_rays * matrix),
@@ -233,7 +241,7 @@ impl TriangleInterpolator {
     /// `self.inner`; returns the matrix from its coordinates to rays.
     fn two_steps(
         &mut self,
-        center: DVec3,
+        sphere: BoundingSphere,
         views: [&CapturedView; 3],
         location: &Location,
         last: usize,
@@ -251,7 +259,7 @@ impl TriangleInterpolator {
             .linear
             .interpolate(
                 (captured(i), captured(j)),
-                center,
+                sphere.center,
                 alpha,
                 pairing,
                 &mut self.edge,
@@ -267,7 +275,7 @@ impl TriangleInterpolator {
             .linear
             .interpolate(
                 (on_edge, captured(last)),
-                center,
+                sphere.center,
                 towards,
                 pairing,
                 &mut self.inner,

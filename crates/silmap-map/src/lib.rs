@@ -22,4 +22,4 @@ pub use asset::{
 pub use interpolate::{InterpolateError, Method, Outline, Scratch, TriangleInterpolator, outline};
 pub use loops::FlatLoops;
 pub use polytope::{Location, Polytope, PolytopeError};
-pub use silhouette_map::{CapturedView, SilhouetteMap, ViewContour};
+pub use silhouette_map::{BoundingSphere, CapturedView, SilhouetteMap, ViewContour};

@@ -9,17 +9,23 @@ use crate::clique::{GapMatching, GapTracks};
 use crate::connect::{Connector, Slack};
 use crate::epipolar::{EpipolarFrame, project};
 use crate::loops::FlatLoops;
-use crate::span::{Cuts, SpanScratch};
+use crate::span::{Cuts, PairRule, Parallax, SpanScratch};
 use crate::sweep::{Interval, Sweep, merge_heights};
 
 /// Rectified coordinates are tangents: this is about a hundredth of a pixel of a 512² capture.
 const SLACK_TANGENT: Slack = Slack(1e-5);
 
 /// How the pairs of intervals that may hold geometry are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pairing {
-    /// Every interval with every other: the exact two-view visual hull, always conservative.
+    /// Every interval with every other: the two-view visual hull, always conservative.
     All,
+    /// Every interval with every other, as far as their rays meet within the sphere of this radius about the center: still
+    /// conservative for a model in that sphere, and tighter.
+    Within {
+        /// Radius of the model's bounding sphere.
+        radius: f64,
+    },
     /// Only within cliques: the paper's heuristic, tighter, and able to miss geometry.
     Cliques,
 }
@@ -62,6 +68,10 @@ impl LinearScratch {
         output: &mut FlatLoops,
     ) -> Option<EpipolarFrame> {
         let frame = EpipolarFrame::new(one.eye, two.eye, center)?;
+        let depths = SphereDepths {
+            baseline: one.eye.distance(two.eye),
+            center_depth: (center - (one.eye + two.eye) * 0.5).dot(frame.f),
+        };
         for (seen, (rectified, sweep)) in [one, two]
             .iter()
             .zip(self.rectified.iter_mut().zip(&mut self.sweeps))
@@ -84,10 +94,17 @@ impl LinearScratch {
                 self.matching
                     .cuts(gaps_one, gaps_two, 0.5 * (y_top + y_bottom), &mut self.cuts);
             }
+            let parallax = match pairing {
+                Pairing::Within { radius } => depths.parallax(radius, (y_top, y_bottom)),
+                _ => Parallax::ANY,
+            };
             self.span.interpolate(
                 (y_top, y_bottom),
                 (spans_one, spans_two),
-                &self.cuts,
+                &PairRule {
+                    cuts: &self.cuts,
+                    parallax,
+                },
                 alpha,
                 &mut self.connector,
             );
@@ -109,6 +126,47 @@ impl LinearScratch {
         true
     }
 }
+
+/// How far a sphere about the center reaches, seen from a pair of viewpoints.
+#[derive(Clone, Copy, Debug)]
+struct SphereDepths {
+    /// Distance between the viewpoints.
+    baseline: f64,
+    /// Depth of the center along the frame's forward axis.
+    center_depth: f64,
+}
+
+impl SphereDepths {
+    /// The parallax x₁ − x₂ that points of the sphere can have on scanlines between two heights.
+    ///
+    /// A point at depth z has parallax b/z. The epipolar plane at height y cuts the sphere in a disc whose middle has depth
+    /// c/(1 + y²); its reach is widest for the scanline nearest to the center's, y = 0.
+    fn parallax(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> Parallax {
+        let y = if y_top <= 0.0 && y_bottom >= 0.0 {
+            0.0
+        } else {
+            y_top.abs().min(y_bottom.abs())
+        };
+        let stretch = 1.0 + y * y;
+        let off_plane = y * y * self.center_depth * self.center_depth / stretch;
+        let reach = ((radius * radius - off_plane).max(0.0) / stretch).sqrt();
+        let middle = self.center_depth / stretch;
+        let near = middle - reach;
+        let greatest = if near > 0.0 {
+            self.baseline / near
+        } else {
+            f64::INFINITY
+        };
+        // Contours are stored to a fraction of a pixel, so touching rays may miss by that much.
+        Parallax {
+            least: self.baseline / (middle + reach) - PARALLAX_SLACK,
+            greatest: greatest + PARALLAX_SLACK,
+        }
+    }
+}
+
+/// Tangent units: about two pixels of a 512² capture.
+const PARALLAX_SLACK: f64 = 3e-3;
 
 fn rectify(seen: &Seen<'_>, frame: &EpipolarFrame, output: &mut FlatLoops) -> Option<()> {
     let matrix = frame.epipolar_from_object() * seen.object_from_loops;
@@ -323,6 +381,32 @@ mod tests {
                         holds(&seen_one, x + alpha * d, 0.0) && holds(&seen_two, x - (1.0 - alpha) * d, 0.0)
                     });
                     prop_assert!(!in_hull || holds(&kept, x, 0.001), "({}, {}) is in the hull and was dropped", x, y);
+                }
+            }
+        }
+
+        /// Whatever lies in the bounding sphere and in both silhouettes is kept when pairs are limited to the sphere.
+        #[test]
+        fn pairs_within_the_sphere_cover_the_visual_hull_there(
+            one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64, radius in 0.3..2.0_f64,
+        ) {
+            let output = interpolated(&one, &two, alpha, Pairing::Within { radius });
+            let all = interpolated(&one, &two, alpha, Pairing::All);
+            let holds = |span: &[(f64, f64)], x: f64, slack: f64| span.iter().any(|i| i.0 - slack <= x && x <= i.1 + slack);
+            for row in (0..96).step_by(3) {
+                let y = f64::from(row) + 0.0371;
+                let [seen_one, seen_two, kept, all] = [&one, &two, &output, &all].map(|loops| spans_at(loops, y));
+                for x in (0..192).map(|x| f64::from(x) * 0.5) {
+                    // A ray from (α − ½, 0, 3); points of it at depth z, in object space and in both images.
+                    let in_hull = (0..192).map(|k| 3.0 + radius * (f64::from(k) / 95.5 - 1.0)).any(|z| {
+                        let point = DVec3::new(alpha - 0.5 + x * SCALE * z, -y * SCALE * z, 3.0 - z);
+                        let parallax = 1.0 / (z * SCALE);
+                        point.length() <= radius
+                            && holds(&seen_one, x + alpha * parallax, 0.0)
+                            && holds(&seen_two, x - (1.0 - alpha) * parallax, 0.0)
+                    });
+                    prop_assert!(!in_hull || holds(&kept, x, 0.001), "({}, {}) is in the hull and was dropped", x, y);
+                    prop_assert!(!holds(&kept, x, -0.001) || holds(&all, x, 0.001), "({}, {}) is more than all pairs give", x, y);
                 }
             }
         }

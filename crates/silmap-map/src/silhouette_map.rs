@@ -41,7 +41,25 @@ pub struct SilhouetteMap {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// The sphere that holds the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundingSphere {
+    /// Its middle, object space.
+    pub center: DVec3,
+    /// Its radius, model units.
+    pub radius: f64,
+}
+
 impl SilhouetteMap {
+    /// The sphere that holds the model.
+    #[must_use]
+    pub fn bounding_sphere(&self) -> BoundingSphere {
+        BoundingSphere {
+            center: self.center,
+            radius: self.radius,
+        }
+    }
+
     /// The viewpoint of a view, object space.
     #[must_use]
     pub fn eye(&self, view: u32) -> DVec3 {

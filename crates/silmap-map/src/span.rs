@@ -11,6 +11,72 @@ use crate::sweep::{Interval, Side, insertion_sort};
 /// second. Pairs are kept within a clique only.
 pub(crate) type Cuts = Vec<(u32, u32)>;
 
+/// A range of x₁ − x₂ between corresponding points of the two views: how near and how far geometry can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Parallax {
+    /// That of the farthest point.
+    pub(crate) least: f64,
+    /// That of the nearest point.
+    pub(crate) greatest: f64,
+}
+
+impl Parallax {
+    /// No limit, not even that rays meet in front of the eyes.
+    pub(crate) const ANY: Self = Self {
+        least: f64::NEG_INFINITY,
+        greatest: f64::INFINITY,
+    };
+}
+
+/// Which pairs of intervals are kept, and how much of each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairRule<'a> {
+    /// Only pairs within a clique.
+    pub(crate) cuts: &'a Cuts,
+    /// Only the part of a pair with this parallax.
+    pub(crate) parallax: Parallax,
+}
+
+impl PairRule<'_> {
+    /// The interpolation of two intervals; `None` when no point of theirs has an allowed parallax.
+    ///
+    /// Points x₁ and x₂ of the intervals with parallax d interpolate to x₁ − αd, or x₂ + (1 − α)d. Where the rays of two ends
+    /// meet too near or too far on the whole slab, the end is what the last allowed depth gives.
+    fn pair(&self, i: &Interval, j: &Interval, alpha: f64) -> Option<Interval> {
+        let Parallax { least, greatest } = self.parallax;
+        let always = |a: Side, b: Side, test: &dyn Fn(f64) -> bool| {
+            test(a.top - b.top) && test(a.bottom - b.bottom)
+        };
+        let (too_far, too_near) = (|d: f64| d < least, |d: f64| d > greatest);
+        if always(i.exit, j.enter, &too_far) || always(i.enter, j.exit, &too_near) {
+            return None;
+        }
+        // The rays of the left ends meet too far off: the leftmost allowed pair keeps x₂ and moves x₁ right, and so on.
+        let enter = if always(i.enter, j.enter, &too_far) {
+            j.enter.shifted((1.0 - alpha) * least)
+        } else if always(i.enter, j.enter, &too_near) {
+            i.enter.shifted(-alpha * greatest)
+        } else {
+            i.enter.lerp(j.enter, alpha)
+        };
+        let exit = if always(i.exit, j.exit, &too_far) {
+            i.exit.shifted(-alpha * least)
+        } else if always(i.exit, j.exit, &too_near) {
+            j.exit.shifted((1.0 - alpha) * greatest)
+        } else {
+            i.exit.lerp(j.exit, alpha)
+        };
+        // Where the limits are reached within the slab only, the whole pair is kept.
+        if enter.top <= exit.top && enter.bottom <= exit.bottom {
+            return Some(Interval { enter, exit });
+        }
+        Some(Interval {
+            enter: i.enter.lerp(j.enter, alpha),
+            exit: i.exit.lerp(j.exit, alpha),
+        })
+    }
+}
+
 /// Buffers for one slab.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpanScratch {
@@ -29,27 +95,27 @@ impl SpanScratch {
         &mut self,
         heights: (f64, f64),
         (one, two): (&[Interval], &[Interval]),
-        cuts: &Cuts,
+        rule: &PairRule<'_>,
         alpha: f64,
         output: &mut Connector,
     ) {
         if one.is_empty() || two.is_empty() {
             return;
         }
-        let pair = |i: &Interval, j: &Interval| Interval {
-            enter: i.enter.lerp(j.enter, alpha),
-            exit: i.exit.lerp(j.exit, alpha),
-        };
         if let ([i], [j]) = (one, two) {
-            output.push(heights, &[pair(i, j)], (0.0, 1.0));
+            let enter = i.enter.lerp(j.enter, alpha);
+            let exit = i.exit.lerp(j.exit, alpha);
+            output.push(heights, &[Interval { enter, exit }], (0.0, 1.0));
             return;
         }
         self.pairs.clear();
         let (mut i0, mut j0) = (0, 0);
-        for &(i1, j1) in cuts.iter().chain(&[(one.len() as u32, two.len() as u32)]) {
+        let end = (one.len() as u32, two.len() as u32);
+        for &(i1, j1) in rule.cuts.iter().chain(&[end]) {
             for i in &one[i0..i1 as usize] {
+                let in_clique = &two[j0..j1 as usize];
                 self.pairs
-                    .extend(two[j0..j1 as usize].iter().map(|j| pair(i, j)));
+                    .extend(in_clique.iter().filter_map(|j| rule.pair(i, j, alpha)));
             }
             (i0, j0) = (i1 as usize, j1 as usize);
         }

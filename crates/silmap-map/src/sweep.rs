@@ -28,6 +28,14 @@ impl Side {
         }
     }
 
+    /// The side moved by `x`.
+    pub(crate) fn shifted(self, x: f64) -> Self {
+        Self {
+            top: self.top + x,
+            bottom: self.bottom + x,
+        }
+    }
+
     /// Linear interpolation between two sides: (1 − α) of `self` and α of `other`, exact at 0 and 1.
     #[must_use]
     pub(crate) fn lerp(self, other: Self, alpha: f64) -> Self {

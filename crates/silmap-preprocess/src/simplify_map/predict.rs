@@ -88,7 +88,13 @@ impl<'a> Predictor<'a> {
         let views = ids.map(|v| &self.map.views[v as usize]);
         let layers = scratch
             .interpolator
-            .interpolate(self.map.center, views, &location, camera, self.method)
+            .interpolate(
+                self.map.bounding_sphere(),
+                views,
+                &location,
+                camera,
+                self.method,
+            )
             .ok()?;
         fill_layers(layers, &mut scratch.predicted, &mut scratch.layer);
         let truth = &self.masks[view as usize];
