@@ -18,6 +18,7 @@ const SLACK_TANGENT: Slack = Slack(1e-5);
 /// How the pairs of intervals that may hold geometry are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pairing {
+    #[cfg(test)]
     /// Every interval with every other: the two-view visual hull, always conservative.
     All,
     /// Every interval with every other, as far as their rays meet within the sphere of this radius about the center: still
