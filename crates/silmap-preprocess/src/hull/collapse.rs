@@ -18,6 +18,9 @@ use crate::progress::{Monitor, Stage};
 /// Collapses between two looks at the monitor: a few milliseconds.
 const MONITOR_STRIDE: usize = 512;
 
+/// Most volume that one collapse may add, in volumes of the model per face of the hull: more is a spike, not a hull.
+const STEP_SHARE: f64 = 6.0;
+
 /// One collapse, with what is needed to split the vertex again.
 #[derive(Clone, Debug)]
 pub(super) struct Step {
@@ -86,6 +89,7 @@ struct Collapser<'a> {
     neighbourhood: Neighbourhood,
     face_count: usize,
     volume: f64,
+    original_volume: f64,
     distance: f64,
 }
 
@@ -117,6 +121,7 @@ pub(super) fn collapse(
         neighbourhood: Neighbourhood::default(),
         face_count: half_edges / 3,
         volume,
+        original_volume: volume.abs(),
         distance: 0.0,
         state: Collapsed {
             surface_points: surface.positions.clone(),
@@ -143,16 +148,19 @@ impl Guards {
             max_valence: 12,
             min_compactness: 0.05,
             min_turn_cosine: 0.2,
+            max_reach: 1.0,
         },
         Self {
             max_valence: 20,
             min_compactness: 0.01,
             min_turn_cosine: 0.0,
+            max_reach: 1.5,
         },
         Self {
             max_valence: 40,
             min_compactness: 1e-3,
             min_turn_cosine: -0.5,
+            max_reach: 2.0,
         },
     ];
 }
@@ -212,7 +220,9 @@ impl Collapser<'_> {
             }
             self.is_queued[entry.edge as usize] = false;
             // A neighbour of the edge may have lost faces although the edge's own faces are as they were.
+            let most = STEP_SHARE * self.original_volume / self.face_count as f64;
             if !surface.can_contract(entry.edge)
+                || entry.placement.added_volume > most
                 || self.volume + entry.placement.added_volume > limits.volume
                 || !self.is_near(entry.placement.position, limits.distance)
             {

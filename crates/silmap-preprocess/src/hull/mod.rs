@@ -47,7 +47,7 @@ impl Default for HullParams {
             volume_ratio: None,
             max_distance: None,
             inner: false,
-            compactness_weight: 1e-3,
+            compactness_weight: 1e-5,
         }
     }
 }

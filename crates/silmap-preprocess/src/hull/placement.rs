@@ -46,6 +46,8 @@ pub(super) struct Guards {
     pub(super) min_compactness: f64,
     /// Least cosine between the normals of a face before and after.
     pub(super) min_turn_cosine: f64,
+    /// Farthest the vertex may be from the edge's middle, in radii of the neighbourhood.
+    pub(super) max_reach: f64,
 }
 
 /// The faces around an edge, relative to its middle.
@@ -230,6 +232,9 @@ impl Neighbourhood {
 
     /// How bad the new faces' shapes are, as a volume; `None` when a guard forbids them.
     fn shape_around(&self, local: DVec3, guards: &Guards) -> Option<f64> {
+        if local.length() > guards.max_reach * self.radius {
+            return None;
+        }
         let worst_before = self
             .ring
             .iter()
