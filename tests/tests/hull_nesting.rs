@@ -1,0 +1,166 @@
+//! Hulls enclose: every level the finer ones and the model, outer and inner, in double and single precision.
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use silmap_geometry::{ClosedMesh, TriangleMesh};
+use silmap_map::CoarseHull;
+use silmap_preprocess::hull::{self, HullParams, ProgressiveHull, VerifyParams, verify};
+use silmap_preprocess::mesh_io::{self, LoadOptions};
+use silmap_preprocess::{Monitor, models};
+
+/// What rounding to single precision may cost, in radii of the model.
+const LEAK_REL: f64 = 1e-6;
+
+/// Real models that need no repair, with a bound on the volume of their hull of 500 faces over their own.
+const REAL_MODELS: [(&str, f64); 6] = [
+    ("stanford-bunny-closed.off", 1.13),
+    ("spot/spot_triangulated.obj", 1.09),
+    ("cheburashka.off", 1.14),
+    ("knot-quads.obj", 1.16),
+    ("fuze/fuze.obj", 1.03),
+    ("decimated-knight.off", 1.17),
+];
+
+fn hull_of(mesh: &ClosedMesh, target_faces: u32, inner: bool) -> ProgressiveHull {
+    let params = HullParams {
+        target_faces,
+        inner,
+        ..HullParams::default()
+    };
+    hull::build(mesh, &params, &Monitor::silent()).unwrap()
+}
+
+fn triangles(hull: &CoarseHull) -> TriangleMesh {
+    TriangleMesh {
+        positions: hull
+            .positions
+            .iter()
+            .map(|&p| Vec3::from_array(p).as_dvec3())
+            .collect(),
+        faces: hull.faces.clone(),
+        ..TriangleMesh::default()
+    }
+}
+
+fn generated() -> Vec<(&'static str, ClosedMesh)> {
+    [
+        ("torus", models::torus(3000)),
+        ("knot", models::trefoil_knot(4000)),
+        ("three holes", models::three_holed_torus(4000)),
+        ("organic", models::organic(6000)),
+    ]
+    .into_iter()
+    .map(|(name, mesh)| (name, ClosedMesh::try_from(mesh).unwrap()))
+    .collect()
+}
+
+#[test]
+fn every_level_encloses_the_finer_one_and_the_model() {
+    let params = VerifyParams {
+        tolerance_rel: 1e-9,
+        samples: 1000,
+    };
+    for (name, mesh) in generated() {
+        for inner in [false, true] {
+            let hull = hull_of(&mesh, 200, inner);
+            let mut finer = mesh.mesh().clone();
+            let mut volume_ratio = 1.0;
+            for faces in [2000, 1000, 500, 300, 200] {
+                let level = hull.level(faces);
+                let towards = if inner { -1.0 } else { 1.0 };
+                assert!(
+                    (level.volume_ratio - volume_ratio) * towards > 0.0,
+                    "{name}, {faces} faces: the volume must not turn back"
+                );
+                for other in [&finer, mesh.mesh()] {
+                    let (inside, outside) = if inner {
+                        (&level.mesh, other)
+                    } else {
+                        (other, &level.mesh)
+                    };
+                    let report = verify(inside, outside, &params);
+                    assert!(
+                        report.encloses,
+                        "{name}, inner {inner}, {faces} faces: {report:?}"
+                    );
+                }
+                ClosedMesh::try_from(level.mesh.clone()).unwrap();
+                volume_ratio = level.volume_ratio;
+                finer = level.mesh;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_coarse_level_does_not_enclose_a_coarser_one() {
+    for (name, mesh) in generated() {
+        let hull = hull_of(&mesh, 200, false);
+        let (fine, coarse) = (hull.level(600).mesh, hull.level(200).mesh);
+        let report = verify(&coarse, &fine, &VerifyParams::default());
+        assert!(!report.encloses, "{name}: {report:?}");
+        assert!(report.vertices_outside > 0 && report.samples_outside > 0);
+    }
+}
+
+#[test]
+fn single_precision_hulls_enclose() {
+    for (name, mesh) in generated() {
+        let rounded = hull_of(&mesh, 300, false).level(300).round();
+        let report = verify(
+            mesh.mesh(),
+            &triangles(&rounded.hull),
+            &VerifyParams::default(),
+        );
+        assert!(report.encloses, "{name}: {report:?}");
+        assert!(report.escaped_rel <= LEAK_REL);
+        assert!(rounded.leak <= LEAK_REL * mesh.bounds().radius);
+        assert_eq!(
+            rounded.hull.surface_points.len(),
+            rounded.hull.positions.len()
+        );
+    }
+}
+
+#[test]
+fn the_same_model_gives_the_same_hull() {
+    for (name, mesh) in generated() {
+        let first = hull_of(&mesh, 300, false).coarse_hull(300);
+        let second = hull_of(&mesh, 300, false).coarse_hull(300);
+        assert_eq!(first, second, "{name}");
+    }
+}
+
+#[test]
+fn real_models_get_tight_hulls_of_500_faces() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
+    let present: Vec<(PathBuf, f64)> = REAL_MODELS
+        .iter()
+        .map(|(name, bound)| (models.join(name), *bound))
+        .filter(|(path, _)| path.exists())
+        .collect();
+    if present.is_empty() {
+        println!("skipped: {} holds no models", models.display());
+        return;
+    }
+    for (path, bound) in present {
+        let loaded = mesh_io::load(&path, &LoadOptions::default()).unwrap();
+        let mesh = &loaded.mesh;
+        let hull = hull_of(mesh, 500, false);
+        assert_eq!(hull.least_faces(), 500, "{}", loaded.name);
+        let coarse = hull.coarse_hull(500);
+        assert!(
+            coarse.volume_ratio <= bound,
+            "{}: {}",
+            loaded.name,
+            coarse.volume_ratio
+        );
+        let report = verify(mesh.mesh(), &triangles(&coarse), &VerifyParams::default());
+        assert!(
+            report.encloses && report.escaped_rel <= LEAK_REL,
+            "{}: {report:?}",
+            loaded.name
+        );
+    }
+}
