@@ -84,7 +84,9 @@ pub fn image_from_object(camera: &Camera) -> DMat3 {
 #[must_use]
 pub fn project(matrix: &DMat3, point: DVec2) -> Option<DVec2> {
     let q = *matrix * point.extend(1.0);
-    (q.z > MIN_FORWARD_COSINE * q.length()).then(|| DVec2::new(q.x / q.z, q.y / q.z))
+    let is_ahead =
+        q.z > 0.0 && q.z * q.z > MIN_FORWARD_COSINE * MIN_FORWARD_COSINE * q.length_squared();
+    is_ahead.then(|| DVec2::new(q.x / q.z, q.y / q.z))
 }
 
 #[cfg(test)]

@@ -12,8 +12,9 @@ use crate::loops::FlatLoops;
 use crate::span::{Cuts, PairRule, Parallax, SpanScratch};
 use crate::sweep::{Interval, Sweep, merge_heights};
 
-/// Rectified coordinates are tangents: this is about a hundredth of a pixel of a 512² capture.
-const SLACK_TANGENT: Slack = Slack(1e-5);
+/// Rectified coordinates are tangents: this is a twentieth of a pixel of a 512² capture, less than contours are rounded to in
+/// the file. It keeps the vertices of both views from adding up along straight stretches.
+const SLACK_TANGENT: Slack = Slack(7e-5);
 
 /// How the pairs of intervals that may hold geometry are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +55,8 @@ pub(crate) struct LinearScratch {
     cuts: Cuts,
     span: SpanScratch,
     connector: Connector,
+    /// Whether vertices stay that lie almost on the line between their neighbours.
+    keeps_all_vertices: bool,
 }
 
 impl LinearScratch {
@@ -110,7 +113,12 @@ impl LinearScratch {
                 &mut self.connector,
             );
         }
-        self.connector.finish(SLACK_TANGENT, output);
+        let slack = if self.keeps_all_vertices {
+            Slack(0.0)
+        } else {
+            SLACK_TANGENT
+        };
+        self.connector.finish(slack, output);
         Some(frame)
     }
 
@@ -305,7 +313,11 @@ mod tests {
             object_from_loops,
         };
         let mut output = FlatLoops::default();
-        let frame = LinearScratch::default()
+        let mut scratch = LinearScratch {
+            keeps_all_vertices: true,
+            ..LinearScratch::default()
+        };
+        let frame = scratch
             .interpolate(
                 (seen(eyes[0], one), seen(eyes[1], two)),
                 DVec3::ZERO,

@@ -93,6 +93,8 @@ impl Edge {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sweep {
     edges: Vec<Edge>,
+    /// Sort keys of the edges' tops, and the edges, from the top.
+    order: Vec<(u64, u32)>,
     next: usize,
     active: Vec<u32>,
     heights: Vec<f64>,
@@ -120,12 +122,13 @@ impl Sweep {
                 a = b;
             }
         }
-        self.edges.sort_unstable_by(|a, b| {
-            a.y_top
-                .total_cmp(&b.y_top)
-                .then(a.x_top.total_cmp(&b.x_top))
-                .then(a.slope.total_cmp(&b.slope))
-        });
+        self.order.clear();
+        self.order.extend(
+            (0_u32..)
+                .zip(&self.edges)
+                .map(|(e, edge)| (sort_key(edge.y_top), e)),
+        );
+        self.order.sort_unstable();
         self.heights.sort_unstable_by(f64::total_cmp);
         self.heights.dedup();
         self.rewind();
@@ -150,9 +153,13 @@ impl Sweep {
         let before = self.active.len();
         self.active.retain(|&e| edges[e as usize].y_bottom > y_top);
         let mut changed = self.active.len() != before;
-        while self.next < edges.len() && edges[self.next].y_top <= y_top {
-            if edges[self.next].y_bottom > y_top {
-                self.active.push(self.next as u32);
+        while let Some(&(_, e)) = self.order.get(self.next) {
+            let edge = &edges[e as usize];
+            if edge.y_top > y_top {
+                break;
+            }
+            if edge.y_bottom > y_top {
+                self.active.push(e);
                 changed = true;
             }
             self.next += 1;
@@ -176,6 +183,16 @@ impl Sweep {
                 exit: side(pair[1]),
             });
         }
+    }
+}
+
+/// An integer that sorts as the number does (as `f64::total_cmp`): comparing integers is what makes sorting fast.
+fn sort_key(value: f64) -> u64 {
+    let bits = value.to_bits();
+    if bits >> 63 == 0 {
+        bits | 1 << 63
+    } else {
+        !bits
     }
 }
 
