@@ -10,7 +10,7 @@ use crate::connect::{Connector, Slack};
 use crate::epipolar::{EpipolarFrame, project};
 use crate::loops::FlatLoops;
 use crate::span::{Cuts, PairRule, Parallax, SpanScratch};
-use crate::sweep::{Interval, Sweep, merge_heights};
+use crate::sweep::{Interval, Side, Sweep, merge_heights};
 
 /// Rectified coordinates are tangents: this is a twentieth of a pixel of a 512² capture, less than contours are rounded to in
 /// the file. It keeps the vertices of both views from adding up along straight stretches.
@@ -99,8 +99,8 @@ impl LinearScratch {
                     .cuts(gaps_one, gaps_two, 0.5 * (y_top + y_bottom), &mut self.cuts);
             }
             let parallax = match pairing {
-                Pairing::Within { radius } => depths.parallax(radius, (y_top, y_bottom)),
-                _ => Parallax::ANY,
+                Pairing::Within { radius } => Some(depths.parallax(radius, (y_top, y_bottom))),
+                _ => None,
             };
             self.span.interpolate(
                 (y_top, y_bottom),
@@ -146,33 +146,45 @@ struct SphereDepths {
 }
 
 impl SphereDepths {
-    /// The parallax x₁ − x₂ that points of the sphere can have on scanlines between two heights.
-    ///
-    /// A point at depth z has parallax b/z. The epipolar plane at height y cuts the sphere in a disc whose middle has depth
-    /// c/(1 + y²); its reach is widest for the scanline nearest to the center's, y = 0.
+    /// The parallax x₁ − x₂ that points of the sphere can have across a slab.
     fn parallax(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> Parallax {
-        let y = if y_top <= 0.0 && y_bottom >= 0.0 {
-            0.0
-        } else {
-            y_top.abs().min(y_bottom.abs())
-        };
+        let (top, bottom) = (
+            self.parallax_at(radius, y_top),
+            self.parallax_at(radius, y_bottom),
+        );
+        Parallax {
+            least: Side {
+                top: top.0,
+                bottom: bottom.0,
+            },
+            greatest: Side {
+                top: top.1,
+                bottom: bottom.1,
+            },
+        }
+    }
+
+    /// The least and the greatest parallax on the scanline at height y.
+    ///
+    /// A point at depth z has parallax b/z. The epipolar plane cuts the sphere in a disc whose middle has depth c/(1 + y²).
+    /// Contours are stored to a fraction of a pixel, so that touching rays may miss: hence the slack, which also covers that
+    /// the range is taken as linear within a slab.
+    fn parallax_at(&self, radius: f64, y: f64) -> (f64, f64) {
         let stretch = 1.0 + y * y;
         let off_plane = y * y * self.center_depth * self.center_depth / stretch;
         let reach = ((radius * radius - off_plane).max(0.0) / stretch).sqrt();
         let middle = self.center_depth / stretch;
-        let near = middle - reach;
-        let greatest = if near > 0.0 {
-            self.baseline / near
-        } else {
-            f64::INFINITY
-        };
-        // Contours are stored to a fraction of a pixel, so touching rays may miss by that much.
-        Parallax {
-            least: self.baseline / (middle + reach) - PARALLAX_SLACK,
-            greatest: greatest + PARALLAX_SLACK,
-        }
+        let nearest = (middle - reach).max(self.baseline / MAX_PARALLAX);
+        let least = self.baseline / (middle + reach);
+        (
+            least - PARALLAX_SLACK,
+            self.baseline / nearest + PARALLAX_SLACK,
+        )
     }
 }
+
+/// Tangent units: more parallax than rays in front of both views can have.
+const MAX_PARALLAX: f64 = 1e3;
 
 /// Tangent units: about two pixels of a 512² capture.
 const PARALLAX_SLACK: f64 = 3e-3;

@@ -11,21 +11,26 @@ use crate::sweep::{Interval, Side, insertion_sort};
 /// second. Pairs are kept within a clique only.
 pub(crate) type Cuts = Vec<(u32, u32)>;
 
-/// A range of x₁ − x₂ between corresponding points of the two views: how near and how far geometry can be.
+/// A range of x₁ − x₂ between corresponding points of the two views, across a slab: how near and how far geometry can be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Parallax {
     /// That of the farthest point.
-    pub(crate) least: f64,
+    pub(crate) least: Side,
     /// That of the nearest point.
-    pub(crate) greatest: f64,
+    pub(crate) greatest: Side,
 }
 
 impl Parallax {
-    /// No limit, not even that rays meet in front of the eyes.
-    pub(crate) const ANY: Self = Self {
-        least: f64::NEG_INFINITY,
-        greatest: f64::INFINITY,
-    };
+    /// Whether two ends that meet have an allowed parallax on the whole slab.
+    fn allows(&self, one: Side, two: Side) -> bool {
+        let within = |d: f64, least: f64, greatest: f64| least <= d && d <= greatest;
+        within(one.top - two.top, self.least.top, self.greatest.top)
+            && within(
+                one.bottom - two.bottom,
+                self.least.bottom,
+                self.greatest.bottom,
+            )
+    }
 }
 
 /// Which pairs of intervals are kept, and how much of each.
@@ -33,54 +38,71 @@ impl Parallax {
 pub(crate) struct PairRule<'a> {
     /// Only pairs within a clique.
     pub(crate) cuts: &'a Cuts,
-    /// Only the part of a pair with this parallax.
-    pub(crate) parallax: Parallax,
+    /// Only the part of a pair with this parallax, if there is a limit.
+    pub(crate) parallax: Option<Parallax>,
 }
 
-impl PairRule<'_> {
-    /// The interpolation of two intervals; `None` when no point of theirs has an allowed parallax.
-    ///
-    /// Points x₁ and x₂ of the intervals with parallax d interpolate to x₁ − αd, or x₂ + (1 − α)d. Where the rays of two ends
-    /// meet too near or too far on the whole slab, the end is what the last allowed depth gives.
-    fn pair(&self, i: &Interval, j: &Interval, alpha: f64) -> Option<Interval> {
-        let Parallax { least, greatest } = self.parallax;
-        let always = |a: Side, b: Side, test: &dyn Fn(f64) -> bool| {
-            test(a.top - b.top) && test(a.bottom - b.bottom)
+/// An interpolated pair of intervals: it enters at the last of some sides and leaves at the first of others.
+///
+/// Points x₁ and x₂ of the intervals with parallax d interpolate to x₁ − αd, or x₂ + (1 − α)d. Where the rays of two ends meet
+/// too near or too far, the end is what the last allowed depth gives; where nothing is allowed, the sides have crossed.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    enters: [Side; 3],
+    exits: [Side; 3],
+}
+
+impl Pair {
+    fn new(i: &Interval, j: &Interval, alpha: f64, parallax: Option<Parallax>) -> Self {
+        let (enter, exit) = (i.enter.lerp(j.enter, alpha), i.exit.lerp(j.exit, alpha));
+        let Some(Parallax { least, greatest }) = parallax else {
+            return Self {
+                enters: [enter; 3],
+                exits: [exit; 3],
+            };
         };
-        let (too_far, too_near) = (|d: f64| d < least, |d: f64| d > greatest);
-        if always(i.exit, j.enter, &too_far) || always(i.enter, j.exit, &too_near) {
-            return None;
+        let beta = 1.0 - alpha;
+        Self {
+            enters: [
+                enter,
+                j.enter.plus(least, beta),
+                i.enter.plus(greatest, -alpha),
+            ],
+            exits: [
+                exit,
+                i.exit.plus(least, -alpha),
+                j.exit.plus(greatest, beta),
+            ],
         }
-        // The rays of the left ends meet too far off: the leftmost allowed pair keeps x₂ and moves x₁ right, and so on.
-        let enter = if always(i.enter, j.enter, &too_far) {
-            j.enter.shifted((1.0 - alpha) * least)
-        } else if always(i.enter, j.enter, &too_near) {
-            i.enter.shifted(-alpha * greatest)
-        } else {
-            i.enter.lerp(j.enter, alpha)
-        };
-        let exit = if always(i.exit, j.exit, &too_far) {
-            i.exit.shifted(-alpha * least)
-        } else if always(i.exit, j.exit, &too_near) {
-            j.exit.shifted((1.0 - alpha) * greatest)
-        } else {
-            i.exit.lerp(j.exit, alpha)
-        };
-        // Where the limits are reached within the slab only, the whole pair is kept.
-        if enter.top <= exit.top && enter.bottom <= exit.bottom {
-            return Some(Interval { enter, exit });
+    }
+
+    /// The sides that bound the pair at a share of the slab; `None` where nothing of it is allowed.
+    fn at(&self, share: f64) -> Option<Interval> {
+        let order = |a: &&Side, b: &&Side| a.at(share).total_cmp(&b.at(share));
+        let enter = *self.enters.iter().max_by(order)?;
+        let exit = *self.exits.iter().min_by(order)?;
+        (enter.at(share) < exit.at(share)).then_some(Interval { enter, exit })
+    }
+
+    /// Adds the shares at which other sides begin to bound the pair.
+    fn find_kinks(&self, kinks: &mut Vec<f64>) {
+        for sides in [&self.enters, &self.exits] {
+            for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+                kinks.extend(sides[a].crossing(sides[b]));
+            }
         }
-        Some(Interval {
-            enter: i.enter.lerp(j.enter, alpha),
-            exit: i.exit.lerp(j.exit, alpha),
-        })
+        for enter in &self.enters {
+            kinks.extend(self.exits.iter().filter_map(|exit| enter.crossing(*exit)));
+        }
     }
 }
 
 /// Buffers for one slab.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpanScratch {
-    pairs: Vec<Interval>,
+    pairs: Vec<Pair>,
+    kinks: Vec<f64>,
+    intervals: Vec<Interval>,
     splits: Vec<f64>,
     order: Vec<u32>,
     union: Vec<Interval>,
@@ -102,7 +124,11 @@ impl SpanScratch {
         if one.is_empty() || two.is_empty() {
             return;
         }
-        if let ([i], [j]) = (one, two) {
+        if let ([i], [j]) = (one, two)
+            && rule
+                .parallax
+                .is_none_or(|p| p.allows(i.enter, j.enter) && p.allows(i.exit, j.exit))
+        {
             let enter = i.enter.lerp(j.enter, alpha);
             let exit = i.exit.lerp(j.exit, alpha);
             output.push(heights, &[Interval { enter, exit }], (0.0, 1.0));
@@ -114,57 +140,87 @@ impl SpanScratch {
         for &(i1, j1) in rule.cuts.iter().chain(&[end]) {
             for i in &one[i0..i1 as usize] {
                 let in_clique = &two[j0..j1 as usize];
-                self.pairs
-                    .extend(in_clique.iter().filter_map(|j| rule.pair(i, j, alpha)));
+                self.pairs.extend(
+                    in_clique
+                        .iter()
+                        .map(|j| Pair::new(i, j, alpha, rule.parallax)),
+                );
             }
             (i0, j0) = (i1 as usize, j1 as usize);
         }
-        self.push_union(heights, output);
+        self.push_pairs(heights, output);
     }
 
-    /// Adds the union of `self.pairs` to `output`, splitting the slab where its structure changes (where pants open).
-    fn push_union(&mut self, (y_top, y_bottom): (f64, f64), output: &mut Connector) {
-        self.unite_at(0.5);
-        if self.is_uniform() {
-            output.push((y_top, y_bottom), &self.union, (0.0, 1.0));
+    /// Adds the union of the pairs to `output`, part by part where other sides begin to bound a pair.
+    fn push_pairs(&mut self, heights: (f64, f64), output: &mut Connector) {
+        self.kinks.clear();
+        for pair in &self.pairs {
+            pair.find_kinks(&mut self.kinks);
+        }
+        self.kinks.push(1.0);
+        self.kinks.sort_unstable_by(f64::total_cmp);
+        self.kinks.dedup();
+        let mut from = 0.0;
+        for k in 0..self.kinks.len() {
+            let to = self.kinks[k];
+            let middle = 0.5 * (from + to);
+            self.intervals.clear();
+            self.intervals
+                .extend(self.pairs.iter().filter_map(|pair| pair.at(middle)));
+            self.push_union(heights, (from, to), output);
+            from = to;
+        }
+    }
+
+    /// Adds the union of `self.intervals` over a part of the slab to `output`, splitting it where the union's structure
+    /// changes (where pants open).
+    fn push_union(&mut self, heights: (f64, f64), (from, to): (f64, f64), output: &mut Connector) {
+        let y_at = |share: f64| match share {
+            0.0 => heights.0,
+            1.0 => heights.1,
+            _ => heights.0 + (heights.1 - heights.0) * share,
+        };
+        self.unite_at(0.5 * (from + to));
+        if self.is_uniform((from, to)) {
+            output.push((y_at(from), y_at(to)), &self.union, (from, to));
             return;
         }
-        find_splits(&self.pairs, &mut self.splits);
-        let mut from = 0.0;
-        let mut y_from = y_top;
-        for k in 0..=self.splits.len() {
-            let (to, y_to) = match self.splits.get(k) {
-                Some(&share) => (share, y_top + (y_bottom - y_top) * share),
-                None => (1.0, y_bottom),
-            };
-            self.unite_at(0.5 * (from + to));
-            output.push((y_from, y_to), &self.union, (from, to));
-            (from, y_from) = (to, y_to);
+        find_splits(&self.intervals, &mut self.splits);
+        self.splits.retain(|&share| from < share && share < to);
+        self.splits.push(to);
+        let mut start = from;
+        for k in 0..self.splits.len() {
+            let end = self.splits[k];
+            self.unite_at(0.5 * (start + end));
+            output.push((y_at(start), y_at(end)), &self.union, (start, end));
+            start = end;
         }
     }
 
-    /// Whether `self.union`, found half-way, is the union on the whole slab.
-    fn is_uniform(&self) -> bool {
-        let at = |end: fn(Side) -> f64| is_uniform_at(&self.pairs, &self.order, &self.union, end);
-        at(|side| side.top) && at(|side| side.bottom)
+    /// Whether `self.union`, found half-way, is the union on the whole part.
+    fn is_uniform(&self, (from, to): (f64, f64)) -> bool {
+        let middle = 0.5 * (from + to);
+        let at =
+            |share: f64| is_uniform_at(&self.intervals, &self.order, &self.union, (middle, share));
+        at(from) && at(to)
     }
 
-    /// Writes the union of the pairs, as it is at a share of the slab where no sides cross, to `self.union`.
+    /// Writes the union of the intervals, as it is at a share of the slab where no sides cross, to `self.union`.
     fn unite_at(&mut self, share: f64) {
-        let pairs = &self.pairs;
+        let intervals = &self.intervals;
         self.order.clear();
-        self.order.extend(0..pairs.len() as u32);
-        insertion_sort(&mut self.order, |&k| pairs[k as usize].enter.at(share));
+        self.order.extend(0..intervals.len() as u32);
+        insertion_sort(&mut self.order, |&k| intervals[k as usize].enter.at(share));
         self.union.clear();
         for &k in &self.order {
-            let pair = pairs[k as usize];
+            let interval = intervals[k as usize];
             match self.union.last_mut() {
-                Some(last) if pair.enter.at(share) <= last.exit.at(share) => {
-                    if pair.exit.at(share) > last.exit.at(share) {
-                        last.exit = pair.exit;
+                Some(last) if interval.enter.at(share) <= last.exit.at(share) => {
+                    if interval.exit.at(share) > last.exit.at(share) {
+                        last.exit = interval.exit;
                     }
                 }
-                _ => self.union.push(pair),
+                _ => self.union.push(interval),
             }
         }
     }
@@ -176,8 +232,9 @@ fn is_uniform_at(
     pairs: &[Interval],
     order: &[u32],
     union: &[Interval],
-    end: impl Fn(Side) -> f64,
+    (middle, share): (f64, f64),
 ) -> bool {
+    let end = |side: Side| side.at(share);
     let mut reached = f64::NEG_INFINITY;
     let mut parts = union.iter();
     let Some(mut part) = parts.next() else {
@@ -185,7 +242,7 @@ fn is_uniform_at(
     };
     for &k in order {
         let pair = pairs[k as usize];
-        if pair.enter.at(0.5) > part.exit.at(0.5) {
+        if pair.enter.at(middle) > part.exit.at(middle) {
             if reached != end(part.exit) {
                 return false;
             }

@@ -28,11 +28,12 @@ impl Side {
         }
     }
 
-    /// The side moved by `x`.
-    pub(crate) fn shifted(self, x: f64) -> Self {
+    /// The side moved by `factor` times another.
+    pub(crate) fn plus(self, other: Self, factor: f64) -> Self {
+        let top = self.top + other.top * factor;
         Self {
-            top: self.top + x,
-            bottom: self.bottom + x,
+            top,
+            bottom: self.bottom + other.bottom * factor,
         }
     }
 
