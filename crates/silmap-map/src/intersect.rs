@@ -141,7 +141,7 @@ mod tests {
                 fill_even_odd(std::slice::from_ref(l), &mut filled);
                 expected.intersect(&filled);
             }
-            fill_even_odd(&output.to_loops(), &mut got);
+            fill_even_odd(output.iter(), &mut got);
             // Pixel centres within the slack of an outline may fall on either side.
             prop_assert!(got.count_different(&expected) <= 1, "{} differ", got.count_different(&expected));
             let area: f64 = output.iter().map(signed_area).sum();
