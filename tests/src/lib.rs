@@ -1,4 +1,5 @@
 //! What the test suites share.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 pub mod device;
 pub mod scene;

@@ -2,6 +2,7 @@
 //!
 //! The files lie outside the repository, in `../shared/bad-inputs` and `../shared/models`; where that folder is missing,
 //! these tests say so and check nothing. The tables below follow the README files there.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

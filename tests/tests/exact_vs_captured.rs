@@ -1,5 +1,6 @@
 //! Two independent ways to the same region: the exact outline's loops filled by winding number, and the faces drawn one
 //! by one.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::sync::LazyLock;
 

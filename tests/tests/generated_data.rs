@@ -1,4 +1,5 @@
 //! The models in `data/` are what the generator makes today, byte for byte.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::fmt::Write as _;
 use std::fs;

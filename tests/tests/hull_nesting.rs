@@ -1,4 +1,5 @@
 //! Hulls enclose: every level the finer ones and the model, outer and inner, in double and single precision.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,5 @@
 //! What goes through a stage and back must be what it was.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -1,4 +1,5 @@
 //! Interpolated silhouettes of real meshes: identity at captured views, conservativeness, metamorphic checks.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::DVec3;
 use silmap_geometry::polygon::fill_even_odd;

@@ -1,5 +1,6 @@
 //! All shaders, without a device: each file is used, each program is valid with no optional capability, each uniform struct
 //! lies in memory as the shader reads it, and what must run on WebGL2 can be written as GLSL ES 3.00.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::collections::BTreeSet;
 use std::mem::offset_of;
