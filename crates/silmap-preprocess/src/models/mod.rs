@@ -32,7 +32,7 @@ pub enum ModelKind {
     TrefoilKnot,
     /// [`three_holed_torus`]
     ThreeHoledTorus,
-    /// [`organic`]
+    /// [`organic()`]
     Organic,
 }
 
