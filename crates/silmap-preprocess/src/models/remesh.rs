@@ -17,6 +17,10 @@ use silmap_geometry::TriangleMesh;
 
 use super::polygonise::Field;
 
+/// Passes of collapses, with flips between them that make room for more; one or two do unless the count asked for is
+/// too low for the shape.
+const MOST_PASSES: usize = 12;
+
 /// Rounds of flips and relaxation after the collapses; more change the angles by less than a degree.
 const ROUNDS: usize = 6;
 
@@ -50,8 +54,8 @@ pub(super) fn remesh(mesh: &TriangleMesh, field: &impl Field, faces: usize) -> T
         // No move is longer than about two edges: a wild gradient must not throw a vertex across the model.
         reach: 2.0 * (mean_face_area(mesh) * mesh.faces.len() as f64 / faces.max(1) as f64).sqrt(),
     };
-    while table.live_faces > wanted {
-        if table.collapse_short_edges(wanted, &surface) == 0 {
+    for _ in 0..MOST_PASSES {
+        if table.live_faces <= wanted || table.collapse_short_edges(wanted, &surface) == 0 {
             break;
         }
         table.flip_edges();
@@ -378,13 +382,19 @@ impl HalfedgeTable {
         }
         let normal = normal.normalize_or_zero();
         let step = (middle / area - p) * RELAXATION;
-        let (target, surface_normal) = surface.project(p + step - normal * step.dot(normal), 1);
-        let fits = self.around(self.leaving[v]).all(|k| {
-            let before = self.face_points(k);
-            let after = [target, before[1], before[2]];
-            keeps_direction(before, after) && faces_along(after, surface_normal)
-        });
-        if fits { target } else { p }
+        // Where the whole step would fold a face, back to the surface is still worth having.
+        [step - normal * step.dot(normal), DVec3::ZERO]
+            .into_iter()
+            .map(|way| surface.project(p + way, 1))
+            .find(|&(target, surface_normal)| {
+                self.around(self.leaving[v]).all(|k| {
+                    let before = self.face_points(k);
+                    let after = [target, before[1], before[2]];
+                    // A face that is folded already must not keep its corners from moving.
+                    faces_along(after, surface_normal) || !faces_along(before, surface_normal)
+                })
+            })
+            .map_or(p, |(target, _)| target)
     }
 
     fn into_mesh(self) -> TriangleMesh {
@@ -402,5 +412,110 @@ impl HalfedgeTable {
             mesh.faces.push(corners);
         }
         mesh
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::models::noise::gradient_noise;
+    use crate::models::polygonise::polygonise;
+
+    struct Ball;
+
+    impl Field for Ball {
+        fn value(&self, point: DVec3) -> f64 {
+            point.length() - 1.0
+        }
+        fn extent(&self) -> f64 {
+            1.2
+        }
+        fn slope_bound(&self) -> f64 {
+            1.0
+        }
+    }
+
+    /// Noise in a box: many pieces, tunnels and thin necks.
+    struct Foam;
+
+    impl Field for Foam {
+        fn value(&self, point: DVec3) -> f64 {
+            let wall = point.abs().max_element() - 0.9;
+            wall.max(0.2 * gradient_noise(point * 3.0 + 0.37))
+        }
+        fn extent(&self) -> f64 {
+            1.0
+        }
+        fn slope_bound(&self) -> f64 {
+            3.0
+        }
+    }
+
+    fn directed_edges(mesh: &TriangleMesh) -> Vec<(u32, u32)> {
+        let mut edges: Vec<_> = mesh
+            .faces
+            .iter()
+            .flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])])
+            .collect();
+        edges.sort_unstable();
+        edges
+    }
+
+    fn is_closed(mesh: &TriangleMesh) -> bool {
+        let edges = directed_edges(mesh);
+        edges.windows(2).all(|p| p[0] != p[1])
+            && edges
+                .iter()
+                .all(|&(a, b)| edges.binary_search(&(b, a)).is_ok())
+    }
+
+    fn characteristic(mesh: &TriangleMesh) -> i64 {
+        mesh.positions.len() as i64 - mesh.faces.len() as i64 / 2
+    }
+
+    #[test]
+    fn ball_is_even_exact_and_on_the_surface() {
+        let fine = polygonise(&Ball, 24);
+        for faces in [100, 501, 2_000] {
+            let mesh = remesh(&fine, &Ball, faces);
+            assert_eq!(mesh.faces.len(), faces - faces % 2);
+            assert!(is_closed(&mesh));
+            assert_eq!(characteristic(&mesh), 2);
+            let worst = mesh
+                .positions
+                .iter()
+                .map(|p| (p.length() - 1.0).abs())
+                .fold(0.0, f64::max);
+            assert!(worst < 1e-6, "{worst} from the surface");
+            let smallest = (0..mesh.faces.len())
+                .flat_map(|f| {
+                    let c = mesh.corners(f);
+                    [0, 1, 2].map(|k| (c[(k + 1) % 3] - c[k]).angle_between(c[(k + 2) % 3] - c[k]))
+                })
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                smallest.to_degrees() > 20.0,
+                "{} degrees",
+                smallest.to_degrees()
+            );
+            let outward =
+                (0..mesh.faces.len()).all(|f| mesh.face_cross(f).dot(mesh.corners(f)[0]) > 0.0);
+            assert!(outward);
+        }
+    }
+
+    #[test]
+    fn foam_keeps_its_topology() {
+        let fine = polygonise(&Foam, 32);
+        assert!(is_closed(&fine));
+        let before = characteristic(&fine);
+        assert!(before != 2, "the field must not be a mere ball");
+        let coarse = remesh(&fine, &Foam, fine.faces.len() / 2);
+        assert!(coarse.faces.len() < fine.faces.len() * 2 / 3);
+        assert!(is_closed(&coarse));
+        assert_eq!(characteristic(&coarse), before);
+        let mut torn = coarse;
+        torn.faces.truncate(torn.faces.len() - 1);
+        assert!(!is_closed(&torn));
     }
 }

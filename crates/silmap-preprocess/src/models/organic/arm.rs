@@ -25,7 +25,7 @@ struct ArmShape {
     sways: f64,
 }
 
-/// From the middle of the face around; the third is raised and rests its tip on the mantle.
+/// From the middle of the face around; the last but one is raised and rests its tip on the mantle.
 const SHAPES: [ArmShape; 8] = [
     ArmShape {
         azimuth: 0.36,
@@ -128,8 +128,8 @@ pub(super) struct NearestOnArm {
     pub(super) distance: f64,
     /// Way from the root, 0 to 1.
     pub(super) along: f64,
-    /// The same in model units.
-    pub(super) along_length: f64,
+    /// Length of the arm, model units.
+    pub(super) length: f64,
     /// Radius of the tube there.
     pub(super) radius: f64,
     /// Angle about the curve from the underside, radians, signed.
@@ -227,7 +227,7 @@ impl Arm {
         NearestOnArm {
             distance,
             along,
-            along_length: along * self.length,
+            length: self.length,
             radius: a.radius + (b.radius - a.radius) * t,
             around: out.dot(across).atan2(out.dot(under)),
         }

@@ -12,10 +12,16 @@ const WART_DENSITY: f64 = 9.5;
 const RING_DENSITY: f64 = 4.0;
 /// Greatest distance of a ring's feature point from the surface, cells.
 const RING_DEPTH: f64 = 0.32;
-/// Height of a wart, of the wrinkles, and of a sucker's rim.
+/// Height of a wart and of the wrinkles, model units.
 const WART_HEIGHT: f64 = 0.030;
 const WRINKLE_HEIGHT: f64 = 0.010;
+/// Height of a sucker's rim as a part of its radius.
 const SUCKER_HEIGHT: f64 = 0.45;
+/// A sucker's radius as a part of the arm's.
+const SUCKER_RADIUS: f64 = 0.42;
+/// Fall of the way from one sucker of a row to the next along an arm, model units, and the part of it left at the tip.
+const SUCKER_SPACING: f64 = 0.155;
+const SUCKER_TIP: f64 = 0.22;
 /// Angle of the suckers' rows from the middle of the underside, radians.
 const SUCKER_ROW: f64 = 0.55;
 
@@ -53,16 +59,13 @@ fn sucker_height(arm: &NearestOnArm) -> f64 {
 
 /// Distance from the nearest sucker's middle in units of its radius, and that radius; none far from any.
 fn sucker_profile(arm: &NearestOnArm) -> Option<(f64, f64)> {
-    // Spacing shrinks with the arm's radius, so the number passed so far is the integral of its inverse: with a radius
-    // that falls linearly it is a logarithm.
-    let size = 0.42 * arm.radius;
-    let fall = 0.155 / 1.03;
-    let left = (1.0 - arm.along + 0.22) * fall;
-    let passed = -left.ln() / fall * arm.along_length / arm.along.max(1e-3) * 0.92;
-    let row = arm.around.signum();
+    let size = SUCKER_RADIUS * arm.radius;
+    // The spacing falls linearly with the way, so the number of suckers passed is a logarithm of what is left.
+    let left = 1.0 - arm.along + SUCKER_TIP;
+    let passed = -left.ln() * arm.length / SUCKER_SPACING;
     // The rows are out of step by half a sucker.
-    let place = passed + 0.25 * row;
-    let offset = (place - place.round()) * 2.3 * size;
+    let place = passed + 0.25 * arm.around.signum();
+    let offset = (place - place.round()) * SUCKER_SPACING * left;
     let across = (arm.around.abs() - SUCKER_ROW) * arm.radius;
     let r = offset.hypot(across) / size;
     (r < 1.2).then_some((r, size))
