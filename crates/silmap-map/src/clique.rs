@@ -6,8 +6,9 @@
 //! to the extremum that closes it, two gaps match when these agree, and where two matched gaps are both present they cut the
 //! spans into cliques. Intervals that no matched gap separates stay together, which is "join the nearest clique".
 
+use crate::chains::{Chains, Walker};
+use crate::side::Interval;
 use crate::span::Cuts;
-use crate::sweep::{Interval, Sweep};
 
 /// Two gaps match when the scanlines they share are at least this part of the scanlines that either has.
 const MIN_SHARED_SCANLINES: f64 = 0.5;
@@ -38,7 +39,7 @@ impl Gap {
     }
 }
 
-/// The gaps of one view, and which of them lie in each of its own slabs.
+/// The gaps of one view, and which of them lie in each of its own slabs, which reach from one chain end to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GapTracks {
     gaps: Vec<Gap>,
@@ -58,11 +59,11 @@ fn covers(span: &[Interval], end: impl Fn(&Interval) -> (f64, f64), x: f64) -> b
 }
 
 fn at_top(i: &Interval) -> (f64, f64) {
-    (i.enter.top, i.exit.top)
+    (i.enter.top.x, i.exit.top.x)
 }
 
 fn at_bottom(i: &Interval) -> (f64, f64) {
-    (i.enter.bottom, i.exit.bottom)
+    (i.enter.bottom.x, i.exit.bottom.x)
 }
 
 /// The gap right of interval `g` on the border given by `end`.
@@ -84,27 +85,33 @@ fn kind(covered: bool) -> Extremum {
 }
 
 impl GapTracks {
-    /// Follows the gaps of a polygon set; `sweep` is rewound before and after.
-    pub(crate) fn track(&mut self, sweep: &mut Sweep) {
+    /// Follows the gaps of a silhouette. Between two heights where no chain ends, gaps go on as they are.
+    pub(crate) fn track(&mut self, chains: &Chains, walker: &mut Walker) {
         self.gaps.clear();
         self.ids.clear();
         self.starts.clear();
         self.starts.push(0);
         self.heights.clear();
-        self.heights.extend_from_slice(sweep.heights());
-        sweep.rewind();
         let [mut above, mut here] = std::mem::take(&mut self.spans);
         above.clear();
-        for k in 1..self.heights.len() {
-            sweep.step(self.heights[k - 1], self.heights[k], &mut here);
+        walker.restart();
+        let mut y = chains.first_y();
+        while y.is_finite() {
+            self.heights.push(y);
+            walker.enter(chains, y);
+            let end = walker.end(chains);
+            if !end.is_finite() {
+                break;
+            }
+            walker.intervals_across(chains, (y, end), &mut here);
             if above.len() > 1 || here.len() > 1 {
-                self.add_slab((self.heights[k - 1], self.heights[k]), &above, &here);
+                self.add_slab((y, end), &above, &here);
             }
             self.starts.push(self.ids.len() as u32);
             std::mem::swap(&mut above, &mut here);
+            y = end;
         }
         self.spans = [above, here];
-        sweep.rewind();
     }
 
     /// Whether no slab has more than one interval.
@@ -219,20 +226,19 @@ impl GapMatching {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::loops::FlatLoops;
-    use glam::DVec2;
+    use glam::DVec3;
 
     fn track(loops: &[&[(f64, f64)]]) -> GapTracks {
-        let loops: Vec<Vec<DVec2>> = loops
-            .iter()
-            .map(|l| l.iter().map(|&(x, y)| DVec2::new(x, y)).collect())
-            .collect();
-        let mut flat = FlatLoops::default();
-        flat.assign(loops.iter().map(Vec::as_slice));
-        let mut sweep = Sweep::default();
-        sweep.restart(&flat);
+        let mut chains = Chains::default();
+        for points in loops {
+            for &(x, y) in *points {
+                chains.push(DVec3::new(x, y, 0.0));
+            }
+            chains.close(0.0);
+        }
+        chains.seal();
         let mut tracks = GapTracks::default();
-        tracks.track(&mut sweep);
+        tracks.track(&chains, &mut Walker::default());
         tracks
     }
 

@@ -1,33 +1,48 @@
-//! From the trapezoids of a sweep to closed loops.
+//! From the sides of a sweep to closed loops.
 //!
 //! Source: Silhouette Mapping, section 5.2, footnote 5 defers this step to a longer report. Here the outline is the left
-//! and right sides of all trapezoids plus, on each slab border, the exclusive-or of the spans above and below. Walking the
+//! and right sides of all slabs plus, on each slab border, the exclusive-or of the spans above and below. Walking the
 //! side ends on a border from left to right, every second gap between neighbours belongs to that exclusive-or, and each
-//! such pair joins one chain that arrives to one that departs: so the loops close for every topology, by construction.
+//! such pair joins one side that arrives to one that departs: so the loops close for every topology, by construction.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use crate::loops::FlatLoops;
-use crate::sweep::Interval;
+use crate::loops::DeepLoops;
+use crate::side::{Interval, Side};
 
-/// Points closer than this to the line between their neighbours are dropped, in units of the coordinates given.
+/// Points that add less than this to the line between those that are kept are dropped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Slack(pub f64);
+pub(crate) struct Slack {
+    /// Distance from the line, in units of x and y.
+    pub line: f64,
+    /// Difference in the third coordinate.
+    pub depth: f64,
+}
 
-/// A side's end on the current border: where, and which vertex.
+/// A run of points that is one side of a slab, from top to bottom.
+#[derive(Clone, Copy, Debug)]
+struct SideRun {
+    start: u32,
+    end: u32,
+    /// Left sides are walked upwards, right sides downwards.
+    is_left: bool,
+    /// The side whose walk follows.
+    next: u32,
+}
+
+/// A side's end on the current border.
 #[derive(Clone, Copy, Debug)]
 struct End {
     x: f64,
-    vertex: u32,
+    side: u32,
 }
 
-/// Collects trapezoids from top to bottom.
+/// Collects slabs from top to bottom.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Connector {
-    points: Vec<DVec2>,
-    /// The vertex that follows, for every vertex that a chain leaves.
-    next: Vec<u32>,
-    /// Lower ends of the last slab's sides, from left to right: alternately departing (left sides run upwards) and arriving.
+    points: Vec<DVec3>,
+    sides: Vec<SideRun>,
+    /// Lower ends of the last slab's sides, from left to right: left sides depart from there, right sides arrive.
     above: Vec<End>,
     /// Upper ends of the slab being added.
     below: Vec<End>,
@@ -42,15 +57,49 @@ impl Connector {
     /// Forgets everything, keeping the storage.
     pub(crate) fn clear(&mut self) {
         self.points.clear();
-        self.next.clear();
+        self.sides.clear();
         self.above.clear();
         self.bottom = f64::NEG_INFINITY;
     }
 
-    fn vertex(&mut self, x: f64, y: f64) -> u32 {
-        self.points.push(DVec2::new(x, y));
-        self.next.push(NONE);
-        self.points.len() as u32 - 1
+    /// Starts a slab: its sides are then added from left to right.
+    pub(crate) fn begin_slab(&mut self, y_top: f64) {
+        if self.bottom != y_top {
+            self.flush();
+        }
+        self.below.clear();
+        self.lower.clear();
+    }
+
+    /// The points so far: those of a side are appended here from top to bottom before it is added.
+    pub(crate) fn points(&mut self) -> &mut Vec<DVec3> {
+        &mut self.points
+    }
+
+    /// Makes a side of the points from `start` to `end`. Left and right sides take turns.
+    pub(crate) fn add_side(&mut self, start: usize, end: usize) {
+        let side = self.sides.len() as u32;
+        self.below.push(End {
+            x: self.points[start].x,
+            side,
+        });
+        self.lower.push(End {
+            x: self.points[end - 1].x,
+            side,
+        });
+        self.sides.push(SideRun {
+            start: start as u32,
+            end: end as u32,
+            is_left: self.below.len() % 2 == 1,
+            next: NONE,
+        });
+    }
+
+    /// Ends a slab, all sides of which reach down to `y_bottom`.
+    pub(crate) fn end_slab(&mut self, y_bottom: f64) {
+        self.join();
+        std::mem::swap(&mut self.above, &mut self.lower);
+        self.bottom = y_bottom;
     }
 
     /// Adds the part of a slab from `y_top` to `y_bottom`, where `intervals` (left to right, not overlapping) are given over
@@ -61,38 +110,16 @@ impl Connector {
         intervals: &[Interval],
         (from, to): (f64, f64),
     ) {
-        if self.bottom != y_top {
-            self.flush();
-        }
-        self.below.clear();
-        self.lower.clear();
+        self.begin_slab(y_top);
         for interval in intervals {
-            let enter_top = self.vertex(interval.enter.at(from), y_top);
-            let enter_bottom = self.vertex(interval.enter.at(to), y_bottom);
-            let exit_top = self.vertex(interval.exit.at(from), y_top);
-            let exit_bottom = self.vertex(interval.exit.at(to), y_bottom);
-            self.next[enter_bottom as usize] = enter_top;
-            self.next[exit_top as usize] = exit_bottom;
-            self.below.push(End {
-                x: self.points[enter_top as usize].x,
-                vertex: enter_top,
-            });
-            self.below.push(End {
-                x: self.points[exit_top as usize].x,
-                vertex: exit_top,
-            });
-            self.lower.push(End {
-                x: self.points[enter_bottom as usize].x,
-                vertex: enter_bottom,
-            });
-            self.lower.push(End {
-                x: self.points[exit_bottom as usize].x,
-                vertex: exit_bottom,
-            });
+            for side in [interval.enter, interval.exit] {
+                let start = self.points.len();
+                self.points.push(deep_point(side, from, y_top));
+                self.points.push(deep_point(side, to, y_bottom));
+                self.add_side(start, start + 2);
+            }
         }
-        self.join();
-        std::mem::swap(&mut self.above, &mut self.lower);
-        self.bottom = y_bottom;
+        self.end_slab(y_bottom);
     }
 
     /// Closes everything that is open on the current border.
@@ -110,21 +137,21 @@ impl Connector {
         while i < above.len() || j < below.len() {
             let from_above = j >= below.len() || (i < above.len() && above[i].x <= below[j].x);
             // Above, left sides (even places) depart upwards; below, right sides (odd places) depart downwards.
-            let (vertex, departs) = if from_above {
+            let (side, departs) = if from_above {
                 i += 1;
-                (above[i - 1].vertex, (i - 1) % 2 == 0)
+                (above[i - 1].side, (i - 1) % 2 == 0)
             } else {
                 j += 1;
-                (below[j - 1].vertex, (j - 1) % 2 == 1)
+                (below[j - 1].side, (j - 1) % 2 == 1)
             };
             open = match open {
-                None => Some((vertex, departs)),
+                None => Some((side, departs)),
                 Some((other, true)) => {
-                    self.next[vertex as usize] = other;
+                    self.sides[side as usize].next = other;
                     None
                 }
                 Some((other, false)) => {
-                    self.next[other as usize] = vertex;
+                    self.sides[other as usize].next = side;
                     None
                 }
             };
@@ -132,70 +159,142 @@ impl Connector {
     }
 
     /// Ends the last slab and writes all loops to `loops`, without repeated points and points that lie on the line between
-    /// their neighbours to within `slack`.
-    pub(crate) fn finish(&mut self, slack: Slack, loops: &mut FlatLoops) {
+    /// those that are kept to within `slack`.
+    pub(crate) fn finish(&mut self, slack: Slack, loops: &mut DeepLoops) {
         self.flush();
         loops.clear();
-        for start in 0..self.next.len() {
-            let mut vertex = start;
-            if self.next[vertex] == NONE {
+        for start in 0..self.sides.len() {
+            let mut at = start;
+            if self.sides[at].next == NONE {
                 continue;
             }
             let first = loops.finished_points();
-            while self.next[vertex] != NONE {
-                append(loops.open_loop(), first, self.points[vertex], slack);
-                let following = self.next[vertex];
-                self.next[vertex] = NONE;
-                vertex = following as usize;
+            let mut sleeve = Sleeve::new(slack, loops.open_loop());
+            while self.sides[at].next != NONE {
+                let side = &mut self.sides[at];
+                let run = &self.points[side.start as usize..side.end as usize];
+                if side.is_left {
+                    run.iter().rev().for_each(|&p| sleeve.append(p));
+                } else {
+                    run.iter().for_each(|&p| sleeve.append(p));
+                }
+                at = std::mem::replace(&mut side.next, NONE) as usize;
             }
-            trim_seam(loops.open_loop(), first, slack);
+            sleeve.finish(first);
             loops.close();
         }
         self.clear();
     }
 }
 
-/// Whether `b` adds nothing between `a` and `c`.
-fn is_redundant(a: DVec2, b: DVec2, c: DVec2, slack: Slack) -> bool {
-    let (ab, ac) = (b - a, c - a);
-    let length = ac.length();
-    if length <= slack.0 {
-        return ab.length() <= slack.0;
-    }
-    let along = ab.dot(ac);
-    ac.perp_dot(ab).abs() <= slack.0 * length && (0.0..=length * length).contains(&along)
+/// Thins a polyline out as it comes: a point is dropped while one line from the last kept point passes all that were dropped.
+///
+/// Source: Zhao and Saalfeld, Linear-Time Sleeve-Fitting Polyline Simplification Algorithms, 1997. The lines that pass
+/// within the slack of all points since the last kept one form a cone, and so do those of the third coordinate over the
+/// distance.
+struct Sleeve<'a> {
+    slack: Slack,
+    points: &'a mut Vec<DVec3>,
+    /// The last kept point, and the one after it, which may yet be dropped.
+    anchor: Option<DVec3>,
+    last: DVec3,
+    /// Directions that bound the cone, in the order of turning.
+    low: DVec2,
+    high: DVec2,
+    least_slope: f64,
+    greatest_slope: f64,
 }
 
-/// Appends `point` to the loop that starts at `first`, replacing a last point that became redundant.
-fn append(points: &mut Vec<DVec2>, first: usize, point: DVec2, slack: Slack) {
-    if points.len() > first && points[points.len() - 1] == point {
-        return;
-    }
-    if points.len() >= first + 2
-        && is_redundant(
-            points[points.len() - 2],
-            points[points.len() - 1],
-            point,
+impl<'a> Sleeve<'a> {
+    fn new(slack: Slack, points: &'a mut Vec<DVec3>) -> Self {
+        Self {
             slack,
-        )
-    {
-        points.pop();
-    }
-    points.push(point);
-}
-
-/// Drops redundant points where the loop's end meets its start.
-fn trim_seam(points: &mut Vec<DVec2>, first: usize, slack: Slack) {
-    while points.len() >= first + 3 {
-        let n = points.len();
-        if points[n - 1] == points[first]
-            || is_redundant(points[n - 2], points[n - 1], points[first], slack)
-        {
-            points.pop();
-        } else if is_redundant(points[n - 1], points[first], points[first + 1], slack) {
-            points.remove(first);
-        } else {
-            return;
+            points,
+            anchor: None,
+            last: DVec3::ZERO,
+            low: DVec2::ZERO,
+            high: DVec2::ZERO,
+            least_slope: 0.0,
+            greatest_slope: 0.0,
         }
     }
+
+    fn append(&mut self, point: DVec3) {
+        let Some(anchor) = self.anchor else {
+            self.keep(point);
+            return;
+        };
+        if point.truncate() == self.last.truncate() {
+            return;
+        }
+        let v = (point - anchor).truncate();
+        let distance = v.length();
+        let is_open = self.low == DVec2::ZERO;
+        if !is_open {
+            let reached = (self.last - anchor).truncate();
+            let rise = point.z - anchor.z;
+            let is_ahead = (v - reached).dot(reached) >= 0.0;
+            let is_within = self.low.perp_dot(v) >= 0.0
+                && v.perp_dot(self.high) >= 0.0
+                && self.least_slope * distance <= rise
+                && rise <= self.greatest_slope * distance;
+            if !is_ahead || !is_within {
+                let last = self.last;
+                self.keep(last);
+                self.append(point);
+                return;
+            }
+        }
+        self.narrow(v, distance, point.z - anchor.z, is_open);
+        self.last = point;
+    }
+
+    /// Keeps a point, from which everything is open again.
+    fn keep(&mut self, point: DVec3) {
+        self.points.push(point);
+        self.anchor = Some(point);
+        self.last = point;
+        self.low = DVec2::ZERO;
+        self.high = DVec2::ZERO;
+    }
+
+    /// Narrows the cone to lines that pass the point at `v` from the anchor.
+    fn narrow(&mut self, v: DVec2, distance: f64, rise: f64, is_open: bool) {
+        let inverse = 1.0 / distance;
+        // Near the anchor the cone is left half a right angle to each side: wider, it would say nothing.
+        let across = v.perp() * (self.slack.line * inverse).min(1.0);
+        let (low, high) = (v - across, v + across);
+        let (least, greatest) = (
+            (rise - self.slack.depth) * inverse,
+            (rise + self.slack.depth) * inverse,
+        );
+        if is_open {
+            (self.low, self.high) = (low, high);
+            (self.least_slope, self.greatest_slope) = (least, greatest);
+            return;
+        }
+        if self.low.perp_dot(low) > 0.0 {
+            self.low = low;
+        }
+        if high.perp_dot(self.high) > 0.0 {
+            self.high = high;
+        }
+        self.least_slope = self.least_slope.max(least);
+        self.greatest_slope = self.greatest_slope.min(greatest);
+    }
+
+    /// Ends the loop that starts at `first`.
+    fn finish(self, first: usize) {
+        if self.points.len() > first && self.last.truncate() != self.points[first].truncate() {
+            let end = self.points.len() - 1;
+            if self.points[end].truncate() != self.last.truncate() {
+                self.points.push(self.last);
+            }
+        }
+    }
+}
+
+fn deep_point(side: Side, share: f64, y: f64) -> DVec3 {
+    let touch = side.touch_at(share);
+    DVec3::new(touch.x, y, touch.disparity)
 }

@@ -80,10 +80,9 @@ pub fn image_from_object(camera: &Camera) -> DMat3 {
     DMat3::from_cols(x, y, camera.forward).transpose()
 }
 
-/// Applies a homogeneous map; `None` where the result lies behind or almost beside the frame.
+/// The place of a homogeneous point; `None` where it lies behind or almost beside the frame.
 #[must_use]
-pub fn project(matrix: &DMat3, point: DVec2) -> Option<DVec2> {
-    let q = *matrix * point.extend(1.0);
+pub fn project(q: DVec3) -> Option<DVec2> {
     let is_ahead =
         q.z > 0.0 && q.z * q.z > MIN_FORWARD_COSINE * MIN_FORWARD_COSINE * q.length_squared();
     is_ahead.then(|| DVec2::new(q.x / q.z, q.y / q.z))
@@ -110,7 +109,7 @@ mod tests {
             let frame = EpipolarFrame::new(p1, p2, DVec3::ZERO).unwrap();
             let seen = |eye: DVec3| {
                 let camera = Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (512, 512)).unwrap();
-                project(&frame.epipolar_from_image(&camera), camera.image_from_object(point)).unwrap()
+                project(frame.epipolar_from_image(&camera) * camera.image_from_object(point).extend(1.0)).unwrap()
             };
             let (s1, s2, se) = (seen(p1), seen(p2), seen(p1.lerp(p2, alpha)));
             prop_assert!((s1.y - s2.y).abs() < 1e-12);
@@ -131,10 +130,8 @@ mod tests {
         let pixel = DVec2::new(100.25, 400.5);
         let ray = object_from_image(&camera) * pixel.extend(1.0);
         assert!(ray.distance(camera.direction_from_image(pixel)) < 1e-12);
-        let back = project(
-            &image_from_object(&camera),
-            DVec2::new(ray.x / ray.z, ray.y / ray.z),
-        );
+        let back =
+            project(image_from_object(&camera) * DVec3::new(ray.x / ray.z, ray.y / ray.z, 1.0));
         let direct = image_from_object(&camera) * ray;
         assert!(DVec2::new(direct.x / direct.z, direct.y / direct.z).distance(pixel) < 1e-9);
         assert!(back.is_some() || ray.z < 0.0);

@@ -10,10 +10,12 @@ use glam::{DMat3, DVec3};
 use silmap_geometry::{Camera, Loop};
 use thiserror::Error;
 
+use crate::combine::CombineScratch;
 use crate::epipolar::{image_from_object, object_from_image};
-use crate::intersect::IntersectScratch;
-use crate::linear::{LinearScratch, Pairing, Seen, object_from_epipolar, project_loops};
-use crate::loops::FlatLoops;
+use crate::linear::{
+    LinearScratch, Pairing, Projection, Seen, object_from_epipolar, project_loops,
+};
+use crate::loops::{DeepLoops, FlatLoops};
 use crate::polytope::{Location, Polytope, PolytopeError};
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
@@ -23,13 +25,16 @@ pub enum Method {
     /// The 1999 paper's: nearest edge first, cliques by tracking frontier points.
     Paper,
     /// All pairs of intervals in all three orders, intersected: conservative and tighter than any one order.
-    #[default]
     Hull,
+    /// Ends joined by the arc that touches both views' rays where the object does, and linked by depth; what at least two of
+    /// the three orders cover. Needs contours with depths.
+    #[default]
+    Tight,
 }
 
 impl Method {
     /// All methods, in the order of their names in reports.
-    pub const ALL: [Self; 2] = [Self::Paper, Self::Hull];
+    pub const ALL: [Self; 3] = [Self::Paper, Self::Hull, Self::Tight];
 
     /// The name users type.
     #[must_use]
@@ -37,6 +42,68 @@ impl Method {
         match self {
             Self::Paper => "paper",
             Self::Hull => "hull",
+            Self::Tight => "tight",
+        }
+    }
+
+    /// The methods that a map allows.
+    pub fn all_for(map: &SilhouetteMap) -> impl Iterator<Item = Self> {
+        let has_depth = map.has_depth();
+        let is_there = move |method: &Self| has_depth || !method.needs_depth();
+        Self::ALL.into_iter().filter(is_there)
+    }
+
+    /// The method with the smallest error that a map allows.
+    #[must_use]
+    pub fn best_for(map: &SilhouetteMap) -> Self {
+        if map.has_depth() {
+            Self::Tight
+        } else {
+            Self::Hull
+        }
+    }
+
+    /// Whether contours without depths are of no use to it.
+    #[must_use]
+    pub fn needs_depth(self) -> bool {
+        self == Self::Tight
+    }
+
+    /// How many of the interpolated regions must cover what counts as inside.
+    #[must_use]
+    pub fn n_covering(self) -> u32 {
+        match self {
+            Self::Paper => 1,
+            Self::Tight => 2,
+            Self::Hull => 3,
+        }
+    }
+}
+
+/// How an outline seen from the polytope is carried to an eye off it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transfer {
+    /// Each contour vertex is a point in space: it is seen where it is. The homography where contours have no depths.
+    #[default]
+    Depths,
+    /// By the homography of the plane through the center parallel to the polytope's triangle (section 5).
+    Homography,
+}
+
+/// How an outline is interpolated and carried to the eye.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Interpolation {
+    /// Between the views.
+    pub method: Method,
+    /// From the polytope to the eye.
+    pub transfer: Transfer,
+}
+
+impl From<Method> for Interpolation {
+    fn from(method: Method) -> Self {
+        Self {
+            method,
+            transfer: Transfer::default(),
         }
     }
 }
@@ -58,6 +125,12 @@ pub enum InterpolateError {
     /// The map's triangles are not a star-shaped polytope.
     #[error(transparent)]
     Polytope(#[from] PolytopeError),
+    /// The method needs depths, and the map has none.
+    #[error("the silhouettes have no depths, which method {} needs: use hull or paper", .method.name())]
+    NoDepths {
+        /// The method asked for.
+        method: Method,
+    },
     /// Two views are too far apart to be rectified.
     #[error("views {one} and {two} of the silhouette map are too far apart to interpolate between")]
     ViewsTooFarApart {
@@ -75,16 +148,16 @@ pub struct Outline {
     pub triangle: u32,
     /// Weights of its three views.
     pub barycentric: [f64; 3],
-    /// Regions in pixels of the camera, to be intersected: one for [`Method::Paper`], three for [`Method::Hull`]. The loops of a
-    /// region are simple, do not overlap, and have positive area outside and negative area for holes.
+    /// Regions in pixels of the camera, of which [`Method::n_covering`] must cover what is inside: one for [`Method::Paper`], else
+    /// three. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
     pub layers: Vec<Vec<Loop>>,
     simple: Vec<Loop>,
 }
 
 impl Outline {
-    /// The intersection of all layers as simple loops that do not overlap.
+    /// The outline as simple loops that do not overlap.
     #[must_use]
-    pub fn simple_loops(&self) -> &[Loop] {
+    pub fn simple_loops(&self) -> &Vec<Loop> {
         &self.simple
     }
 }
@@ -93,9 +166,10 @@ impl Outline {
 #[derive(Clone, Debug)]
 pub struct Scratch {
     polytope: Polytope,
+    has_depth: bool,
     last_triangle: u32,
     triangle: TriangleInterpolator,
-    intersect: IntersectScratch,
+    combine: CombineScratch,
     simple: FlatLoops,
 }
 
@@ -107,9 +181,10 @@ impl Scratch {
     pub fn new(map: &SilhouetteMap) -> Result<Self, PolytopeError> {
         Ok(Self {
             polytope: Polytope::new(map)?,
+            has_depth: map.has_depth(),
             last_triangle: 0,
             triangle: TriangleInterpolator::default(),
-            intersect: IntersectScratch::default(),
+            combine: CombineScratch::default(),
             simple: FlatLoops::default(),
         })
     }
@@ -120,54 +195,83 @@ impl Scratch {
 /// `scratch` was made from the same map; it remembers the last triangle, so that a moving eye is located by walking.
 ///
 /// # Errors
-/// When the eye lies in the model's bounding sphere, or the map is broken.
+/// When the eye lies in the model's bounding sphere, the method needs depths that the map has not, or the map is broken.
 pub fn outline(
     map: &SilhouetteMap,
     camera: &Camera,
-    method: Method,
+    how: impl Into<Interpolation>,
     scratch: &mut Scratch,
 ) -> Result<Outline, InterpolateError> {
-    let distance = camera.eye.distance(map.center);
-    let location = scratch
-        .polytope
-        .locate(camera.eye, scratch.last_triangle)
-        .filter(|_| distance > map.radius)
-        .ok_or(InterpolateError::EyeInsideBounds {
-            distance,
-            radius: map.radius,
-        })?;
-    scratch.last_triangle = location.triangle;
-    let ids = map.triangles[location.triangle as usize];
-    let views = ids.map(|v| &map.views[v as usize]);
-    let layers = scratch
-        .triangle
-        .interpolate(map.bounding_sphere(), views, &location, camera, method)
-        .map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
-            one: ids[i],
-            two: ids[j],
-        })?;
-    let simple = match layers {
-        [a, b, c] => {
-            scratch.intersect.intersect([a, b, c], &mut scratch.simple);
-            scratch.simple.to_loops()
-        }
-        _ => layers.iter().flat_map(FlatLoops::to_loops).collect(),
-    };
+    let how = how.into();
+    let location = scratch.interpolate(map, camera, how)?;
+    let layers = scratch.triangle.layers(how.method);
     Ok(Outline {
         triangle: location.triangle,
         barycentric: location.barycentric,
         layers: layers.iter().map(FlatLoops::to_loops).collect(),
-        simple,
+        simple: scratch.simple.to_loops(),
     })
+}
+
+impl Scratch {
+    /// Interpolates the outline and leaves it in [`Scratch::simple_loops`]; says where the eye was located. As [`outline`], but
+    /// nothing is copied, and once the buffers have grown nothing is allocated.
+    ///
+    /// # Errors
+    /// As [`outline`].
+    pub fn interpolate(
+        &mut self,
+        map: &SilhouetteMap,
+        camera: &Camera,
+        how: Interpolation,
+    ) -> Result<Location, InterpolateError> {
+        if how.method.needs_depth() && !self.has_depth {
+            return Err(InterpolateError::NoDepths { method: how.method });
+        }
+        let distance = camera.eye.distance(map.center);
+        let location = self
+            .polytope
+            .locate(camera.eye, self.last_triangle)
+            .filter(|_| distance > map.radius)
+            .ok_or(InterpolateError::EyeInsideBounds {
+                distance,
+                radius: map.radius,
+            })?;
+        self.last_triangle = location.triangle;
+        let ids = map.triangles[location.triangle as usize];
+        let views = ids.map(|v| &map.views[v as usize]);
+        let layers = self
+            .triangle
+            .interpolate(map.bounding_sphere(), views, &location, camera, how)
+            .map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
+                one: ids[i],
+                two: ids[j],
+            })?;
+        match layers {
+            [a, b, c] => {
+                let n_covering = how.method.n_covering();
+                self.combine
+                    .combine([a, b, c], n_covering, &mut self.simple);
+            }
+            _ => self.simple.assign(layers.iter().flat_map(FlatLoops::iter)),
+        }
+        Ok(location)
+    }
+
+    /// The outline that was interpolated last: simple loops that do not overlap, in pixels of the camera.
+    #[must_use]
+    pub fn simple_loops(&self) -> &FlatLoops {
+        &self.simple
+    }
 }
 
 /// Two-step interpolation within one triangle of views.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleInterpolator {
     linear: LinearScratch,
-    captured: [FlatLoops; 3],
-    edge: FlatLoops,
-    inner: FlatLoops,
+    captured: [DeepLoops; 3],
+    edge: DeepLoops,
+    inner: DeepLoops,
     layers: [FlatLoops; 3],
 }
 
@@ -175,7 +279,8 @@ pub struct TriangleInterpolator {
 const AT_VIEW: f64 = 1.0 - 1e-9;
 
 impl TriangleInterpolator {
-    /// The silhouette from `location` between three views, mapped to `camera`: the regions to be intersected.
+    /// The silhouette from `location` between three views, mapped to `camera`: the regions of which [`Method::n_covering`] must
+    /// cover what is inside.
     ///
     /// # Errors
     /// The two corners that cannot be rectified with each other.
@@ -185,56 +290,69 @@ impl TriangleInterpolator {
         views: [&CapturedView; 3],
         location: &Location,
         camera: &Camera,
-        method: Method,
+        how: Interpolation,
     ) -> Result<&[FlatLoops], (usize, usize)> {
         let eyes = views.map(|v| v.camera.eye);
-        let normal = (eyes[1] - eyes[0]).cross(eyes[2] - eyes[0]);
-        let image_from_rays = image_from_object(camera)
-            * plane_homography(sphere.center, normal, location.point, camera.eye);
+        let mut has_depth = true;
         for (captured, view) in self.captured.iter_mut().zip(views) {
-            captured.assign(view.contours.iter().map(|c| c.points.as_slice()));
+            has_depth &= assign_contours(captured, view);
         }
-        let weights = location.barycentric;
-        let n_layers = if method == Method::Hull { 3 } else { 1 };
-        if let Some(k) = weights.iter().position(|&w| w >= AT_VIEW) {
-            let matrix = image_from_rays * object_from_image(&views[k].camera);
+        let image_from_rays = image_from_object(camera);
+        let normal = (eyes[1] - eyes[0]).cross(eyes[2] - eyes[0]);
+        let to_camera = if has_depth && how.transfer == Transfer::Depths {
+            Projection {
+                matrix: image_from_rays,
+                shift: image_from_rays * (location.point - camera.eye),
+            }
+        } else {
+            let homography = plane_homography(sphere.center, normal, location.point, camera.eye);
+            Projection {
+                matrix: image_from_rays * homography,
+                shift: DVec3::ZERO,
+            }
+        };
+        let project = |loops: &DeepLoops, object_from_loops: DMat3, output: &mut FlatLoops| {
+            let matrix = to_camera.matrix * object_from_loops;
+            project_loops(
+                loops,
+                &Projection {
+                    matrix,
+                    ..to_camera
+                },
+                output,
+            );
+        };
+        let n_layers = n_layers(how.method);
+        if let Some(k) = (location.barycentric.iter()).position(|&w| w >= AT_VIEW) {
+            let object_from_loops = object_from_image(&views[k].camera);
             for layer in &mut self.layers[..n_layers] {
-                project_loops(&self.captured[k], &matrix, layer);
+                project(&self.captured[k], object_from_loops, layer);
             }
             return Ok(&self.layers[..n_layers]);
         }
-        match method {
-            Method::Paper => {
-                let last = opposite_to_nearest_edge(&eyes, location);
-                self.two_steps(sphere, views, location, last, Pairing::Cliques)
-                    .map(|matrix| {
-                        project_loops(
-                            &self.inner,
-                            &(image_from_rays * matrix),
-                            &mut self.layers[0],
-                        )
-                    })?;
-            }
-            Method::Hull => {
-                for last in 0..3 {
-                    let matrix = self.two_steps(
-                        sphere,
-                        views,
-                        location,
-                        last,
-                        Pairing::Within {
-                            radius: sphere.radius,
-                        },
-                    )?;
-                    project_loops(
-                        &self.inner,
-                        &(image_from_rays * matrix),
-                        &mut self.layers[last],
-                    );
-                }
+        if how.method == Method::Paper {
+            let last = opposite_to_nearest_edge(&eyes, location);
+            let object_from_loops =
+                self.two_steps(sphere, views, location, last, Pairing::Cliques)?;
+            project(&self.inner, object_from_loops, &mut self.layers[0]);
+        } else {
+            let pairing = match how.method {
+                Method::Tight => Pairing::Tight,
+                _ => Pairing::Within {
+                    radius: sphere.radius,
+                },
+            };
+            for last in 0..3 {
+                let object_from_loops = self.two_steps(sphere, views, location, last, pairing)?;
+                project(&self.inner, object_from_loops, &mut self.layers[last]);
             }
         }
         Ok(&self.layers[..n_layers])
+    }
+
+    /// The regions that were interpolated last.
+    fn layers(&self, method: Method) -> &[FlatLoops] {
+        &self.layers[..n_layers(method)]
     }
 
     /// Interpolates along the edge opposite to corner `last`, then towards that corner (`triSillInterp`). The result is in
@@ -283,6 +401,32 @@ impl TriangleInterpolator {
             .ok_or((i, last))?;
         Ok(object_from_epipolar(&frame))
     }
+}
+
+/// How many regions a method interpolates.
+fn n_layers(method: Method) -> usize {
+    if method == Method::Paper { 1 } else { 3 }
+}
+
+/// Copies a view's contours with inverse depths; false where one has no depths.
+fn assign_contours(loops: &mut DeepLoops, view: &CapturedView) -> bool {
+    loops.clear();
+    let mut has_depth = true;
+    for contour in &view.contours {
+        if contour.depths.len() == contour.points.len() {
+            for (p, depth) in contour.points.iter().zip(&contour.depths) {
+                loops.push(p.extend(1.0 / depth));
+            }
+        } else {
+            has_depth = false;
+            contour
+                .points
+                .iter()
+                .for_each(|p| loops.push(p.extend(0.0)));
+        }
+        loops.close();
+    }
+    has_depth
 }
 
 /// The corner opposite to the edge nearest to the located point.

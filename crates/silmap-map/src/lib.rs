@@ -4,22 +4,27 @@
 //! 1999, sections 4 and 5.
 
 pub mod asset;
+mod chains;
 mod clique;
+mod combine;
 mod connect;
 pub mod epipolar;
 pub mod interpolate;
-mod intersect;
 mod linear;
 mod loops;
 pub mod polytope;
+mod side;
 pub mod silhouette_map;
 mod span;
-mod sweep;
+mod tight;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CoarseHull, EncodedImage, TextureSet, TextureView,
 };
-pub use interpolate::{InterpolateError, Method, Outline, Scratch, TriangleInterpolator, outline};
-pub use loops::FlatLoops;
+pub use interpolate::{
+    InterpolateError, Interpolation, Method, Outline, Scratch, Transfer, TriangleInterpolator,
+    outline,
+};
+pub use loops::{FlatLoops, Loops};
 pub use polytope::{Location, Polytope, PolytopeError};
 pub use silhouette_map::{BoundingSphere, CapturedView, SilhouetteMap, ViewContour};

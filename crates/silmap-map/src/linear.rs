@@ -1,22 +1,31 @@
-//! Linear silhouette interpolation: two views, and a viewpoint between them (section 5.2).
+//! Silhouette interpolation between two views, and a viewpoint on the line between them (section 5.2).
 //!
 //! Source: Silhouette Mapping, section 5.2, `linSillInterp`: rectify the pair, sweep both silhouettes, interpolate the spans,
-//! connect them.
+//! connect them. Deviation: where either view has one interval, its sides are followed from vertex to vertex until a chain
+//! ends; only where there are several are spans visited slab by slab.
 
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::chains::{Chains, Strand, Walker};
 use crate::clique::{GapMatching, GapTracks};
 use crate::connect::{Connector, Slack};
 use crate::epipolar::{EpipolarFrame, project};
-use crate::loops::FlatLoops;
-use crate::span::{Cuts, PairRule, Parallax, SpanScratch};
-use crate::sweep::{Interval, Side, Sweep, merge_heights};
+use crate::loops::{DeepLoops, FlatLoops};
+use crate::side::{Interval, Touch};
+use crate::span::{Cuts, Limit, PairRule, Parallax, SpanScratch};
+use crate::tight::{self, GapShifts, Linked, Origin, Rim};
 
 /// Rectified coordinates are tangents: this is a twentieth of a pixel of a 512² capture, less than contours are rounded to in
 /// the file. It keeps the vertices of both views from adding up along straight stretches.
-const SLACK_TANGENT: Slack = Slack(7e-5);
+const SLACK_TANGENT: f64 = 1.5e-4;
 
-/// How the pairs of intervals that may hold geometry are chosen.
+/// Disparities do not move anything by more than themselves, and mostly by a small part.
+const SLACK_DISPARITY: f64 = 10.0 * SLACK_TANGENT;
+
+/// Parts with fewer vertices than this are visited slab by slab at once.
+pub(crate) const FEWEST_FOLLOWED: u32 = 12;
+
+/// How the ends of two spans are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pairing {
     #[cfg(test)]
@@ -30,6 +39,8 @@ pub(crate) enum Pairing {
     },
     /// Only within cliques: the paper's heuristic, tighter, and able to miss geometry.
     Cliques,
+    /// Intervals linked by their depths, ends joined by the tight rule.
+    Tight,
 }
 
 /// A silhouette seen from somewhere, with the map from its coordinates to rays.
@@ -37,26 +48,45 @@ pub(crate) enum Pairing {
 pub(crate) struct Seen<'a> {
     /// Viewpoint, object space.
     pub eye: DVec3,
-    /// The silhouette's loops, even-odd.
-    pub loops: &'a FlatLoops,
+    /// The silhouette's loops, even-odd, with inverse depths: those of points at (ray / inverse depth) from the eye.
+    pub loops: &'a DeepLoops,
     /// From coordinates of the loops (with a 1 appended) to rays from `eye`.
     pub object_from_loops: DMat3,
 }
 
-/// Buffers of one linear interpolation.
+/// Buffers of one interpolation between two views.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LinearScratch {
-    rectified: [FlatLoops; 2],
-    sweeps: [Sweep; 2],
+    chains: [Chains; 2],
+    walkers: [Walker; 2],
     spans: [Vec<Interval>; 2],
-    heights: Vec<f64>,
     gaps: [GapTracks; 2],
     matching: GapMatching,
     cuts: Cuts,
+    links: Vec<Linked>,
+    other_links: Vec<Linked>,
+    side_ends: Vec<usize>,
     span: SpanScratch,
     connector: Connector,
     /// Whether vertices stay that lie almost on the line between their neighbours.
     keeps_all_vertices: bool,
+}
+
+/// What a sweep over a pair needs to know beside the silhouettes.
+#[derive(Clone, Copy, Debug)]
+struct Sweep {
+    alpha: f64,
+    pairing: Pairing,
+    depths: SphereDepths,
+    /// Whether gaps of both views were tracked and matched.
+    is_matched: bool,
+}
+
+impl Sweep {
+    /// Whether sides are followed where a view has several intervals, too.
+    fn can_follow_several(&self) -> bool {
+        self.pairing == Pairing::Tight
+    }
 }
 
 impl LinearScratch {
@@ -69,63 +99,41 @@ impl LinearScratch {
         center: DVec3,
         alpha: f64,
         pairing: Pairing,
-        output: &mut FlatLoops,
+        output: &mut DeepLoops,
     ) -> Option<EpipolarFrame> {
         let frame = EpipolarFrame::new(one.eye, two.eye, center)?;
-        let depths = SphereDepths {
-            baseline: one.eye.distance(two.eye),
-            center_depth: (center - (one.eye + two.eye) * 0.5).dot(frame.f),
-        };
-        for (seen, (rectified, sweep)) in [one, two]
-            .iter()
-            .zip(self.rectified.iter_mut().zip(&mut self.sweeps))
-        {
-            rectify(seen, &frame, rectified)?;
-            sweep.restart(rectified);
+        let baseline = one.eye.distance(two.eye);
+        let slack = if self.keeps_all_vertices { 0.0 } else { 1.0 };
+        for (seen, chains) in [one, two].iter().zip(&mut self.chains) {
+            rectify(seen, &frame, baseline, slack * SLACK_TANGENT, chains)?;
         }
-        let matched = pairing == Pairing::Cliques && self.match_gaps();
-        let [one, two] = &mut self.sweeps;
-        merge_heights(&[one.heights(), two.heights()], &mut self.heights);
-        self.connector.clear();
-        self.cuts.clear();
-        let [spans_one, spans_two] = &mut self.spans;
-        for pair in self.heights.windows(2) {
-            let (y_top, y_bottom) = (pair[0], pair[1]);
-            one.step(y_top, y_bottom, spans_one);
-            two.step(y_top, y_bottom, spans_two);
-            if matched {
-                let [gaps_one, gaps_two] = &self.gaps;
-                self.matching
-                    .cuts(gaps_one, gaps_two, 0.5 * (y_top + y_bottom), &mut self.cuts);
-            }
-            let parallax = match pairing {
-                Pairing::Within { radius } => Some(depths.parallax(radius, (y_top, y_bottom))),
-                _ => None,
-            };
-            self.span.interpolate(
-                (y_top, y_bottom),
-                (spans_one, spans_two),
-                &PairRule {
-                    cuts: &self.cuts,
-                    parallax,
-                },
-                alpha,
-                &mut self.connector,
-            );
-        }
-        let slack = if self.keeps_all_vertices {
-            Slack(0.0)
-        } else {
-            SLACK_TANGENT
-        };
-        self.connector.finish(slack, output);
+        let is_matched = pairing == Pairing::Cliques && self.match_gaps();
+        self.sweep(&Sweep {
+            alpha,
+            pairing,
+            depths: SphereDepths {
+                baseline,
+                center_depth: (center - (one.eye + two.eye) * 0.5).dot(frame.f),
+            },
+            is_matched,
+        });
+        self.connector.finish(
+            Slack {
+                line: slack * SLACK_TANGENT,
+                depth: slack * SLACK_DISPARITY,
+            },
+            output,
+        );
+        let inverse_depth = 1.0 / baseline;
+        output.transform(|p| DVec3::new(p.x, p.y, p.z * inverse_depth));
         Some(frame)
     }
 
     /// Tracks and matches the gaps of both views; false when one has none, so that there is nothing to cut.
     fn match_gaps(&mut self) -> bool {
-        for (gaps, sweep) in self.gaps.iter_mut().zip(&mut self.sweeps) {
-            gaps.track(sweep);
+        let views = self.chains.iter().zip(&mut self.walkers);
+        for (gaps, (chains, walker)) in self.gaps.iter_mut().zip(views) {
+            gaps.track(chains, walker);
         }
         let [one, two] = &self.gaps;
         if one.is_empty() || two.is_empty() {
@@ -134,6 +142,305 @@ impl LinearScratch {
         self.matching.assign(one, two);
         true
     }
+
+    /// Goes down both silhouettes from one height where a chain ends or begins to the next.
+    fn sweep(&mut self, sweep: &Sweep) {
+        self.connector.clear();
+        self.cuts.clear();
+        for walker in &mut self.walkers {
+            walker.restart();
+        }
+        let mut y = self.chains[0].first_y().min(self.chains[1].first_y());
+        while y.is_finite() {
+            for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+                walker.enter(chains, y);
+            }
+            let end =
+                (self.walkers[0].end(&self.chains[0])).min(self.walkers[1].end(&self.chains[1]));
+            if !end.is_finite() {
+                return;
+            }
+            if self.walkers.iter().all(|w| w.n_intervals() > 0) {
+                self.visit((y, end), sweep);
+            }
+            y = end;
+        }
+    }
+
+    /// Interpolates between two heights where no chain ends: side by side as far as the same sides bound the silhouette, and
+    /// slab by slab where they do not.
+    fn visit(&mut self, (mut y, end): (f64, f64), sweep: &Sweep) {
+        while y < end {
+            let mut bottom = end;
+            while !self.follow((y, bottom), sweep) {
+                let middle = 0.5 * (y + bottom);
+                let n_vertices = self.count_vertices(bottom);
+                if !sweep.can_follow_several() || n_vertices < FEWEST_FOLLOWED || middle <= y {
+                    self.visit_slabs((y, bottom), sweep);
+                    break;
+                }
+                bottom = middle;
+            }
+            y = bottom;
+        }
+    }
+
+    /// Vertices of both views from where the walks are down to height `y`.
+    fn count_vertices(&self, y: f64) -> u32 {
+        let views = self.walkers.iter().zip(&self.chains);
+        views.map(|(w, c)| w.count_vertices(c, y)).sum()
+    }
+
+    /// Interpolates side by side; false, with nothing done, where the rule is not that simple.
+    fn follow(&mut self, heights: (f64, f64), sweep: &Sweep) -> bool {
+        let is_single = self.walkers.iter().all(|w| w.n_intervals() == 1);
+        let alpha = sweep.alpha;
+        match sweep.pairing {
+            Pairing::Tight => {
+                if is_single {
+                    self.links.clear();
+                    self.links.push(Linked {
+                        enter: Origin::Rim(0, 0),
+                        exit: Origin::Rim(0, 0),
+                    });
+                } else if !self.find_links(heights) {
+                    return false;
+                }
+                let left = |a: Touch, b: Touch| Some(tight::between(a, b, alpha, Rim::Left));
+                let right = |a: Touch, b: Touch| Some(tight::between(a, b, alpha, Rim::Right));
+                self.follow_links(heights, alpha, left, right)
+            }
+            _ if !is_single => false,
+            pairing => {
+                self.links.clear();
+                self.links.push(Linked {
+                    enter: Origin::Rim(0, 0),
+                    exit: Origin::Rim(0, 0),
+                });
+                if let Pairing::Within { radius } = pairing {
+                    let (least, greatest) = sweep.depths.narrowest(radius, heights);
+                    let within = |a: Touch, b: Touch| {
+                        let parallax = a.x - b.x;
+                        (least <= parallax && parallax <= greatest).then(|| a.lerp(b, alpha))
+                    };
+                    self.follow_links(heights, alpha, within, within)
+                } else {
+                    let linear = |a: Touch, b: Touch| Some(a.lerp(b, alpha));
+                    self.follow_links(heights, alpha, linear, linear)
+                }
+            }
+        }
+    }
+
+    /// Links the intervals of both views; false when the links are not the same all the way down.
+    fn find_links(&mut self, (y_top, y_bottom): (f64, f64)) -> bool {
+        let [one, two] = &mut self.spans;
+        for (k, share) in [0.5, 0.1, 0.9].into_iter().enumerate() {
+            let y = y_top + (y_bottom - y_top) * share;
+            self.walkers[0].intervals_at(&self.chains[0], y, one);
+            self.walkers[1].intervals_at(&self.chains[1], y, two);
+            if k == 0 {
+                tight::link(one, two, &mut self.links);
+            } else {
+                tight::link(one, two, &mut self.other_links);
+                if self.links != self.other_links {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Follows the sides that `self.links` name; false, with nothing done, where a rule gives nothing or sides meet.
+    fn follow_links(
+        &mut self,
+        heights: (f64, f64),
+        alpha: f64,
+        left: impl Fn(Touch, Touch) -> Option<Touch>,
+        right: impl Fn(Touch, Touch) -> Option<Touch>,
+    ) -> bool {
+        let chains = (&self.chains[0], &self.chains[1]);
+        let (one, two) = (self.walkers[0].strands(), self.walkers[1].strands());
+        self.connector.begin_slab(heights.0);
+        self.side_ends.clear();
+        let points = self.connector.points();
+        let start = points.len();
+        let (mut before, mut last) = (None, start);
+        for link in &self.links {
+            for (origin, at) in [(link.enter, 0), (link.exit, 1)] {
+                let is_done = match origin {
+                    Origin::Rim(i, j) => {
+                        let pair = [one[2 * i + at], two[2 * j + at]];
+                        if at == 0 {
+                            follow_pair(chains, pair, heights, &left, points)
+                        } else {
+                            follow_pair(chains, pair, heights, &right, points)
+                        }
+                    }
+                    Origin::First(i) => {
+                        let shift = tight::first_shift(alpha);
+                        follow_one(chains.0, one[2 * i + at], heights, shift, points)
+                    }
+                    Origin::Second(j) => {
+                        let shift = tight::second_shift(alpha);
+                        follow_one(chains.1, two[2 * j + at], heights, shift, points)
+                    }
+                    Origin::FirstGap(i, other) => {
+                        let pair = [one[2 * i + at], one[2 * other + 1 - at]];
+                        let shifts = GapShifts::of_first(alpha);
+                        let beside = |a: Touch, b: Touch| {
+                            Some(tight::beside_gap(a, b, shifts, Rim::of_end(at)))
+                        };
+                        follow_pair((chains.0, chains.0), pair, heights, beside, points)
+                    }
+                    Origin::SecondGap(j, other) => {
+                        let pair = [two[2 * j + at], two[2 * other + 1 - at]];
+                        let shifts = GapShifts::of_second(alpha);
+                        let beside = |a: Touch, b: Touch| {
+                            Some(tight::beside_gap(a, b, shifts, Rim::of_end(at)))
+                        };
+                        follow_pair((chains.1, chains.1), pair, heights, beside, points)
+                    }
+                    Origin::Linear(i, j) => {
+                        let pair = [one[2 * i + at], two[2 * j + at]];
+                        let linear = |a: Touch, b: Touch| Some(a.lerp(b, alpha));
+                        follow_pair(chains, pair, heights, linear, points)
+                    }
+                };
+                let end = points.len();
+                let do_meet = |from: usize| do_cross(&points[from..last], &points[last..end]);
+                if !is_done || before.is_some_and(do_meet) {
+                    points.truncate(start);
+                    return false;
+                }
+                self.side_ends.push(end);
+                (before, last) = (Some(last), end);
+            }
+        }
+        let mut from = start;
+        for &end in &self.side_ends {
+            self.connector.add_side(from, end);
+            from = end;
+        }
+        self.connector.end_slab(heights.1);
+        for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+            walker.advance(chains, heights.1);
+        }
+        true
+    }
+
+    /// Interpolates spans slab by slab, between vertices of either view.
+    fn visit_slabs(&mut self, (mut y, end): (f64, f64), sweep: &Sweep) {
+        while y < end {
+            let bottom = (self.walkers[0].next_vertex())
+                .min(self.walkers[1].next_vertex())
+                .min(end);
+            for ((walker, chains), span) in
+                (self.walkers.iter_mut().zip(&self.chains)).zip(&mut self.spans)
+            {
+                walker.intervals((y, bottom), span);
+                walker.advance(chains, bottom);
+            }
+            self.visit_slab((y, bottom), sweep);
+            y = bottom;
+        }
+    }
+
+    fn visit_slab(&mut self, heights: (f64, f64), sweep: &Sweep) {
+        let [one, two] = &self.spans;
+        let alpha = sweep.alpha;
+        if sweep.pairing == Pairing::Tight {
+            tight::link(one, two, &mut self.links);
+            let links = &self.links;
+            self.span.unite(heights, &mut self.connector, |output| {
+                tight::interpolate(one, two, links, alpha, output);
+            });
+            return;
+        }
+        if sweep.is_matched {
+            let [gaps_one, gaps_two] = &self.gaps;
+            let middle = 0.5 * (heights.0 + heights.1);
+            self.matching
+                .cuts(gaps_one, gaps_two, middle, &mut self.cuts);
+        }
+        let parallax = match sweep.pairing {
+            Pairing::Within { radius } => Some(sweep.depths.parallax(radius, heights)),
+            _ => None,
+        };
+        let rule = PairRule {
+            cuts: &self.cuts,
+            parallax,
+        };
+        self.span
+            .interpolate(heights, (one, two), &rule, alpha, &mut self.connector);
+    }
+}
+
+/// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one. False where
+/// `rule` gives nothing.
+fn follow_pair(
+    (chains_one, chains_two): (&Chains, &Chains),
+    [mut one, mut two]: [Strand; 2],
+    (y_top, y_bottom): (f64, f64),
+    rule: impl Fn(Touch, Touch) -> Option<Touch>,
+    points: &mut Vec<DVec3>,
+) -> bool {
+    let mut y = y_top;
+    loop {
+        let Some(touch) = rule(one.at(y), two.at(y)) else {
+            return false;
+        };
+        points.push(DVec3::new(touch.x, y, touch.disparity));
+        if y >= y_bottom {
+            return true;
+        }
+        if one.next_y() <= y {
+            one.advance(chains_one, y);
+        }
+        if two.next_y() <= y {
+            two.advance(chains_two, y);
+        }
+        y = one.next_y().min(two.next_y()).min(y_bottom);
+    }
+}
+
+/// Appends one side of the first or second silhouette, seen `disparities` away, to `points`.
+fn follow_one(
+    chains: &Chains,
+    mut strand: Strand,
+    (y_top, y_bottom): (f64, f64),
+    disparities: f64,
+    points: &mut Vec<DVec3>,
+) -> bool {
+    let mut y = y_top;
+    loop {
+        let touch = tight::seen_from(strand.at(y), disparities);
+        points.push(DVec3::new(touch.x, y, touch.disparity));
+        if y >= y_bottom {
+            return true;
+        }
+        strand.advance(chains, y);
+        y = strand.next_y().min(y_bottom);
+    }
+}
+
+/// Whether two sides over the same heights meet: each vertex of one is compared with the other at its height.
+pub(crate) fn do_cross(left: &[DVec3], right: &[DVec3]) -> bool {
+    is_beyond(left, right, 1.0) || is_beyond(right, left, -1.0)
+}
+
+/// Whether a vertex of `line` lies beyond `other` in the direction of `sign`.
+fn is_beyond(line: &[DVec3], other: &[DVec3], sign: f64) -> bool {
+    let mut k = 0;
+    line.iter().any(|p| {
+        while k + 2 < other.len() && other[k + 1].y < p.y {
+            k += 1;
+        }
+        let (a, b) = (other[k], other[k + 1]);
+        // Compared without a division: the segment goes down.
+        let height = b.y - a.y;
+        sign * ((p.x - a.x) * height - (b.x - a.x) * (p.y - a.y)) > 0.0
+    })
 }
 
 /// How far a sphere about the center reaches, seen from a pair of viewpoints.
@@ -153,15 +460,20 @@ impl SphereDepths {
             self.parallax_at(radius, y_bottom),
         );
         Parallax {
-            least: Side {
+            least: Limit {
                 top: top.0,
                 bottom: bottom.0,
             },
-            greatest: Side {
+            greatest: Limit {
                 top: top.1,
                 bottom: bottom.1,
             },
         }
+    }
+
+    /// A range of parallax that is allowed on all scanlines between two heights: the farther from the middle, the narrower.
+    fn narrowest(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> (f64, f64) {
+        self.parallax_at(radius, y_top.abs().max(y_bottom.abs()))
     }
 
     /// The least and the greatest parallax on the scanline at height y.
@@ -189,15 +501,24 @@ const MAX_PARALLAX: f64 = 1e3;
 /// Tangent units: about two pixels of a 512² capture.
 const PARALLAX_SLACK: f64 = 3e-3;
 
-fn rectify(seen: &Seen<'_>, frame: &EpipolarFrame, output: &mut FlatLoops) -> Option<()> {
+fn rectify(
+    seen: &Seen<'_>,
+    frame: &EpipolarFrame,
+    baseline: f64,
+    slack: f64,
+    output: &mut Chains,
+) -> Option<()> {
     let matrix = frame.epipolar_from_object() * seen.object_from_loops;
     output.clear();
     for points in seen.loops.iter() {
         for &p in points {
-            output.push(project(&matrix, p)?);
+            let ray = matrix * DVec3::new(p.x, p.y, 1.0);
+            let q = project(ray)?;
+            output.push(DVec3::new(q.x, q.y, baseline * p.z / ray.z));
         }
-        output.close();
+        output.close(slack);
     }
+    output.seal();
     Some(())
 }
 
@@ -207,18 +528,37 @@ pub(crate) fn object_from_epipolar(frame: &EpipolarFrame) -> DMat3 {
     DMat3::from_cols(frame.b, frame.u, frame.f)
 }
 
-/// Projects loops by a homogeneous map to image coordinates, cutting off what lies behind the camera.
-pub(crate) fn project_loops(loops: &FlatLoops, matrix: &DMat3, output: &mut FlatLoops) {
+/// A map from loops with inverse depths to an image: homogeneous image coordinates are `matrix`·(x, y, 1) + inverse depth · `shift`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Projection {
+    pub matrix: DMat3,
+    /// Zero for a map by the plane of some homography.
+    pub shift: DVec3,
+}
+
+/// Projects loops to image coordinates, cutting off what lies behind the camera.
+pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut FlatLoops) {
+    let project = |p: DVec3| to.matrix * DVec3::new(p.x, p.y, 1.0) + to.shift * p.z;
     output.clear();
     for points in loops.iter() {
-        let mut previous = *matrix * points[points.len() - 1].extend(1.0);
-        let near = NEAR_SHARE
-            * points
-                .iter()
-                .map(|p| (*matrix * p.extend(1.0)).z.abs())
-                .fold(0.0, f64::max);
+        let (least, most) = points
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), p| {
+                let z = project(*p).z;
+                (low.min(z), high.max(z.abs()))
+            });
+        let near = NEAR_SHARE * most;
+        if least > near {
+            for &p in points {
+                let q = project(p);
+                output.push(DVec2::new(q.x, q.y) / q.z);
+            }
+            output.close();
+            continue;
+        }
+        let mut previous = project(points[points.len() - 1]);
         for &p in points {
-            let q = *matrix * p.extend(1.0);
+            let q = project(p);
             if (q.z > near) != (previous.z > near) {
                 let cut = previous.lerp(q, (near - previous.z) / (q.z - previous.z));
                 output.push(DVec2::new(cut.x, cut.y) / near);
@@ -236,262 +576,4 @@ pub(crate) fn project_loops(loops: &FlatLoops, matrix: &DMat3, output: &mut Flat
 const NEAR_SHARE: f64 = 1e-4;
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-    use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};
-    use silmap_geometry::{Loop, Mask};
-
-    /// A star-shaped loop on an eighth-unit grid, so that heights coincide often; holes run the other way.
-    fn star(radii: &[f64], center: DVec2, is_hole: bool) -> Loop {
-        let turn = std::f64::consts::TAU / radii.len() as f64;
-        let mut points: Loop = radii
-            .iter()
-            .enumerate()
-            .map(|(k, r)| ((center + DVec2::from_angle(k as f64 * turn) * *r) * 8.0).round() / 8.0)
-            .collect();
-        if is_hole {
-            points.reverse();
-        }
-        points
-    }
-
-    /// Up to nine components in a 3 × 3 grid of cells, some with a hole.
-    fn any_silhouette() -> impl Strategy<Value = FlatLoops> {
-        let radii = prop::collection::vec(prop::sample::select(vec![7.0, 9.0, 13.0, 14.5]), 3..9);
-        let hole = prop::collection::vec(prop::sample::select(vec![1.0, 2.0, 3.0]), 3..7);
-        let cell = prop::option::weighted(0.4, (radii, prop::option::of(hole)));
-        prop::collection::vec(cell, 9).prop_map(|cells| {
-            let mut loops: Vec<Loop> = Vec::new();
-            for (k, cell) in cells.iter().enumerate() {
-                let center = DVec2::new((k % 3) as f64, (k / 3) as f64) * 32.0 + 16.0;
-                if let Some((radii, hole)) = cell {
-                    loops.push(star(radii, center, false));
-                    // A triangle's inner circle has half its corners' radius: only these holes surely fit.
-                    if let Some(hole) = hole.as_ref().filter(|_| radii.len() >= 5) {
-                        loops.push(star(hole, center, true));
-                    }
-                }
-            }
-            let mut flat = FlatLoops::default();
-            flat.assign(loops.iter().map(Vec::as_slice));
-            flat
-        })
-    }
-
-    /// The intervals of loops on one scanline, by sorting all crossings.
-    fn spans_at(loops: &FlatLoops, y: f64) -> Vec<(f64, f64)> {
-        let mut xs: Vec<f64> = loops
-            .iter()
-            .flat_map(edges)
-            .filter(|(a, b)| (a.y <= y) != (b.y <= y))
-            .map(|(a, b)| a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)))
-            .collect();
-        xs.sort_by(f64::total_cmp);
-        xs.chunks_exact(2).map(|p| (p[0], p[1])).collect()
-    }
-
-    /// The union of all interpolated pairs of intervals on one scanline.
-    fn union_at(one: &FlatLoops, two: &FlatLoops, alpha: f64, y: f64) -> Vec<(f64, f64)> {
-        let mix = |a: f64, b: f64| a * (1.0 - alpha) + b * alpha;
-        let mut pairs: Vec<(f64, f64)> = Vec::new();
-        for i in spans_at(one, y) {
-            for j in spans_at(two, y) {
-                pairs.push((mix(i.0, j.0), mix(i.1, j.1)));
-            }
-        }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut union: Vec<(f64, f64)> = Vec::new();
-        for p in pairs {
-            match union.last_mut() {
-                Some(last) if p.0 <= last.1 => last.1 = last.1.max(p.1),
-                _ => union.push(p),
-            }
-        }
-        union
-    }
-
-    /// Interpolates loops given in rectified coordinates as they are: the pair looks along +z from the x axis, and grid
-    /// units become tangents by `SCALE`.
-    const SCALE: f64 = 0.01;
-
-    fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) -> FlatLoops {
-        let object_from_loops =
-            DMat3::from_cols(DVec3::X * SCALE, DVec3::NEG_Y * SCALE, DVec3::NEG_Z);
-        let eyes = [DVec3::new(-0.5, 0.0, 3.0), DVec3::new(0.5, 0.0, 3.0)];
-        let seen = |eye, loops| Seen {
-            eye,
-            loops,
-            object_from_loops,
-        };
-        let mut output = FlatLoops::default();
-        let mut scratch = LinearScratch {
-            keeps_all_vertices: true,
-            ..LinearScratch::default()
-        };
-        let frame = scratch
-            .interpolate(
-                (seen(eyes[0], one), seen(eyes[1], two)),
-                DVec3::ZERO,
-                alpha,
-                pairing,
-                &mut output,
-            )
-            .unwrap();
-        assert!((frame.b - DVec3::X).length() < 1e-12 && (frame.u - DVec3::NEG_Y).length() < 1e-12);
-        output.transform(|p| p / SCALE);
-        output
-    }
-
-    /// Lengths of the parts in which two sorted spans differ.
-    fn difference(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
-        let mut ends: Vec<f64> = a.iter().chain(b).flat_map(|i| [i.0, i.1]).collect();
-        ends.sort_by(f64::total_cmp);
-        let holds = |spans: &[(f64, f64)], x: f64| spans.iter().any(|i| i.0 <= x && x < i.1);
-        ends.windows(2)
-            .filter(|w| holds(a, 0.5 * (w[0] + w[1])) != holds(b, 0.5 * (w[0] + w[1])))
-            .map(|w| w[1] - w[0])
-            .sum()
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(400))]
-
-        /// For every topology of the two silhouettes, the loops bound exactly the union of all interpolated pairs.
-        #[test]
-        fn all_pairs_give_the_union_on_every_scanline(
-            one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64, ys in prop::collection::vec(0.0..96.0_f64, 12),
-        ) {
-            let output = interpolated(&one, &two, alpha, Pairing::All);
-            for y in ys {
-                // Heights are eighths: stay clear of vertices, where a scanline is ambiguous.
-                let y = (y * 8.0).floor() / 8.0 + 0.0371;
-                let (expected, got) = (union_at(&one, &two, alpha, y), spans_at(&output, y));
-                let off = difference(&expected, &got);
-                prop_assert!(off < 0.01, "y = {}: {:?} is not {:?}", y, got, expected);
-            }
-        }
-
-        /// Outer loops run one way, holes the other, and nothing overlaps: both fill rules and the areas agree.
-        #[test]
-        fn loops_are_oriented_and_do_not_overlap(
-            one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64,
-            pairing in prop::sample::select(vec![Pairing::All, Pairing::Cliques]),
-        ) {
-            let output = interpolated(&one, &two, alpha, pairing);
-            // Bands four times as fine as a unit, so that counting pixels measures area.
-            let mut fine = output.clone();
-            fine.transform(|p| p * 4.0 + DVec2::splat(0.0313));
-            let (mut odd, mut wound) = (Mask::new(400, 400), Mask::new(400, 400));
-            fill_even_odd(fine.iter(), &mut odd);
-            fill_non_zero(fine.iter(), &mut wound);
-            prop_assert!(odd.count_different(&wound) <= 2, "{} pixels overlap", odd.count_different(&wound));
-            let area: f64 = fine.iter().map(signed_area).sum();
-            let perimeter: f64 = fine.iter().flat_map(edges).map(|(a, b)| a.distance(b)).sum();
-            prop_assert!((area - odd.count() as f64).abs() <= 2.0 + 0.6 * perimeter, "area {} for {} pixels", area, odd.count());
-        }
-
-        /// Whatever lies at positive depth in both silhouettes is kept: sampled in depth, independently of spans.
-        #[test]
-        fn all_pairs_cover_the_two_view_visual_hull(
-            one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64,
-        ) {
-            let output = interpolated(&one, &two, alpha, Pairing::All);
-            let holds = |span: &[(f64, f64)], x: f64, slack: f64| span.iter().any(|i| i.0 - slack <= x && x <= i.1 + slack);
-            for row in (0..96).step_by(3) {
-                let y = f64::from(row) + 0.0371;
-                let [seen_one, seen_two, kept] = [&one, &two, &output].map(|loops| spans_at(loops, y));
-                for x in (0..192).map(|x| f64::from(x) * 0.5) {
-                    let in_hull = (0..192).map(|d| f64::from(d) * 0.5).any(|d| {
-                        holds(&seen_one, x + alpha * d, 0.0) && holds(&seen_two, x - (1.0 - alpha) * d, 0.0)
-                    });
-                    prop_assert!(!in_hull || holds(&kept, x, 0.001), "({}, {}) is in the hull and was dropped", x, y);
-                }
-            }
-        }
-
-        /// Whatever lies in the bounding sphere and in both silhouettes is kept when pairs are limited to the sphere.
-        #[test]
-        fn pairs_within_the_sphere_cover_the_visual_hull_there(
-            one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64, radius in 0.3..2.0_f64,
-        ) {
-            let output = interpolated(&one, &two, alpha, Pairing::Within { radius });
-            let all = interpolated(&one, &two, alpha, Pairing::All);
-            let holds = |span: &[(f64, f64)], x: f64, slack: f64| span.iter().any(|i| i.0 - slack <= x && x <= i.1 + slack);
-            for row in (0..96).step_by(3) {
-                let y = f64::from(row) + 0.0371;
-                let [seen_one, seen_two, kept, all] = [&one, &two, &output, &all].map(|loops| spans_at(loops, y));
-                for x in (0..192).map(|x| f64::from(x) * 0.5) {
-                    // A ray from (α − ½, 0, 3); points of it at depth z, in object space and in both images.
-                    let in_hull = (0..192).map(|k| 3.0 + radius * (f64::from(k) / 95.5 - 1.0)).any(|z| {
-                        let point = DVec3::new(alpha - 0.5 + x * SCALE * z, -y * SCALE * z, 3.0 - z);
-                        let parallax = 1.0 / (z * SCALE);
-                        point.length() <= radius
-                            && holds(&seen_one, x + alpha * parallax, 0.0)
-                            && holds(&seen_two, x - (1.0 - alpha) * parallax, 0.0)
-                    });
-                    prop_assert!(!in_hull || holds(&kept, x, 0.001), "({}, {}) is in the hull and was dropped", x, y);
-                    prop_assert!(!holds(&kept, x, -0.001) || holds(&all, x, 0.001), "({}, {}) is more than all pairs give", x, y);
-                }
-            }
-        }
-
-        /// At the ends the captured silhouettes come back, on the scanlines that both views have.
-        #[test]
-        fn the_ends_are_the_captured_silhouettes(one in any_silhouette(), two in any_silhouette(), y in 0.0..96.0_f64) {
-            let y = (y * 8.0).floor() / 8.0 + 0.0371;
-            prop_assume!(!spans_at(&one, y).is_empty() && !spans_at(&two, y).is_empty());
-            for (alpha, end) in [(0.0, &one), (1.0, &two)] {
-                let output = interpolated(&one, &two, alpha, Pairing::All);
-                prop_assert!(difference(&spans_at(&output, y), &spans_at(end, y)) < 0.01);
-            }
-        }
-
-        /// Cliques only ever drop pairs.
-        #[test]
-        fn cliques_lie_within_all_pairs(one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64) {
-            let (mut all, mut some) = (Mask::new(96, 96), Mask::new(96, 96));
-            fill_even_odd(interpolated(&one, &two, alpha, Pairing::All).iter(), &mut all);
-            fill_even_odd(interpolated(&one, &two, alpha, Pairing::Cliques).iter(), &mut some);
-            prop_assert!(some.count_missing_in(&all) <= 1);
-        }
-    }
-
-    fn squares(at: &[(f64, f64, f64)]) -> FlatLoops {
-        let loops: Vec<Loop> = at
-            .iter()
-            .map(|&(x, y, side)| {
-                [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-                    .map(|(i, j)| DVec2::new(x + side * i, y + side * j))
-                    .to_vec()
-            })
-            .collect();
-        let mut flat = FlatLoops::default();
-        flat.assign(loops.iter().map(Vec::as_slice));
-        flat
-    }
-
-    /// The paper's figure 5: one interval against two opens a pair of legs where the ends cross.
-    #[test]
-    fn pants_open_where_their_legs_part() {
-        let (torso, legs) = (
-            squares(&[(10.0, 10.0, 40.0)]),
-            squares(&[(0.0, 10.0, 40.0), (60.0, 10.0, 40.0)]),
-        );
-        let widths =
-            |alpha: f64| spans_at(&interpolated(&torso, &legs, alpha, Pairing::All), 30.037);
-        assert_eq!(widths(0.2).len(), 1, "the legs still overlap");
-        assert_eq!(widths(0.9).len(), 2, "the legs have parted");
-    }
-
-    /// Negative control for the cliques: matched gaps keep two shapes apart that all pairs join.
-    #[test]
-    fn cliques_keep_matched_shapes_apart() {
-        let (one, two) = (
-            squares(&[(0.0, 0.0, 30.0), (40.0, 0.0, 30.0)]),
-            squares(&[(5.0, 0.0, 30.0), (45.0, 0.0, 30.0)]),
-        );
-        let count = |pairing| spans_at(&interpolated(&one, &two, 0.5, pairing), 15.037).len();
-        assert_eq!((count(Pairing::Cliques), count(Pairing::All)), (2, 1));
-    }
-}
+mod tests;

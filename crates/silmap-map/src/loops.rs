@@ -1,16 +1,31 @@
 //! Closed loops in one flat buffer, so that a chain of steps reuses its storage.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use silmap_geometry::Loop;
 
-/// Closed loops one after the other: loop i ends before `ends[i]`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FlatLoops {
-    points: Vec<DVec2>,
+/// Closed loops of some kind of point, one after the other: loop i ends before `ends[i]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loops<P> {
+    points: Vec<P>,
     ends: Vec<u32>,
 }
 
-impl FlatLoops {
+/// Loops in a plane.
+pub type FlatLoops = Loops<DVec2>;
+
+/// Loops in an image whose third coordinate is the inverse depth of the point that is seen there.
+pub(crate) type DeepLoops = Loops<DVec3>;
+
+impl<P> Default for Loops<P> {
+    fn default() -> Self {
+        Self {
+            points: Vec::new(),
+            ends: Vec::new(),
+        }
+    }
+}
+
+impl<P: Copy> Loops<P> {
     /// Removes all loops, keeping the storage.
     pub fn clear(&mut self) {
         self.points.clear();
@@ -18,7 +33,7 @@ impl FlatLoops {
     }
 
     /// Appends a point to the loop being written.
-    pub fn push(&mut self, point: DVec2) {
+    pub fn push(&mut self, point: P) {
         self.points.push(point);
     }
 
@@ -33,7 +48,7 @@ impl FlatLoops {
     }
 
     /// The points of the loop being written.
-    pub(crate) fn open_loop(&mut self) -> &mut Vec<DVec2> {
+    pub(crate) fn open_loop(&mut self) -> &mut Vec<P> {
         &mut self.points
     }
 
@@ -44,7 +59,7 @@ impl FlatLoops {
     }
 
     /// All loops, in order.
-    pub fn iter(&self) -> impl Iterator<Item = &[DVec2]> + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = &[P]> + '_ {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts
             .zip(&self.ends)
@@ -58,24 +73,29 @@ impl FlatLoops {
     }
 
     /// Applies `map` to every point.
-    pub fn transform(&mut self, map: impl Fn(DVec2) -> DVec2) {
+    pub fn transform(&mut self, map: impl Fn(P) -> P) {
         for p in &mut self.points {
             *p = map(*p);
         }
     }
 
-    /// Copies the loops out, each as a vector of its own.
-    #[must_use]
-    pub fn to_loops(&self) -> Vec<Loop> {
-        self.iter().map(<[DVec2]>::to_vec).collect()
-    }
-
     /// Replaces the content by copies of `loops`.
-    pub fn assign<'a>(&mut self, loops: impl IntoIterator<Item = &'a [DVec2]>) {
+    pub fn assign<'a>(&mut self, loops: impl IntoIterator<Item = &'a [P]>)
+    where
+        P: 'a,
+    {
         self.clear();
         for points in loops {
             self.points.extend_from_slice(points);
             self.close();
         }
+    }
+}
+
+impl FlatLoops {
+    /// Copies the loops out, each as a vector of its own.
+    #[must_use]
+    pub fn to_loops(&self) -> Vec<Loop> {
+        self.iter().map(<[DVec2]>::to_vec).collect()
     }
 }

@@ -5,7 +5,7 @@
 //! are kept. All pairs give the image of the two-view visual hull; cliques keep fewer.
 
 use crate::connect::Connector;
-use crate::sweep::{Interval, Side, insertion_sort};
+use crate::side::{Interval, Side, Touch, insertion_sort};
 
 /// Where the intervals of two views are cut into cliques: cliques end before interval `.0` of the first view and `.1` of the
 /// second. Pairs are kept within a clique only.
@@ -15,21 +15,42 @@ pub(crate) type Cuts = Vec<(u32, u32)>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Parallax {
     /// That of the farthest point.
-    pub(crate) least: Side,
+    pub(crate) least: Limit,
     /// That of the nearest point.
-    pub(crate) greatest: Side,
+    pub(crate) greatest: Limit,
+}
+
+/// A limit that is linear across a slab.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limit {
+    /// Value at the slab's top (smaller y).
+    pub(crate) top: f64,
+    /// Value at the slab's bottom.
+    pub(crate) bottom: f64,
 }
 
 impl Parallax {
     /// Whether two ends that meet have an allowed parallax on the whole slab.
     fn allows(&self, one: Side, two: Side) -> bool {
         let within = |d: f64, least: f64, greatest: f64| least <= d && d <= greatest;
-        within(one.top - two.top, self.least.top, self.greatest.top)
+        within(one.top.x - two.top.x, self.least.top, self.greatest.top)
             && within(
-                one.bottom - two.bottom,
+                one.bottom.x - two.bottom.x,
                 self.least.bottom,
                 self.greatest.bottom,
             )
+    }
+}
+
+/// The side moved by `factor` times a parallax, which is what its points are then taken to have.
+fn moved(side: Side, parallax: Limit, factor: f64) -> Side {
+    let at = |t: Touch, disparity: f64| Touch {
+        x: t.x + factor * disparity,
+        disparity,
+    };
+    Side {
+        top: at(side.top, parallax.top),
+        bottom: at(side.bottom, parallax.bottom),
     }
 }
 
@@ -65,13 +86,13 @@ impl Pair {
         Self {
             enters: [
                 enter,
-                j.enter.plus(least, beta),
-                i.enter.plus(greatest, -alpha),
+                moved(j.enter, least, beta),
+                moved(i.enter, greatest, -alpha),
             ],
             exits: [
                 exit,
-                i.exit.plus(least, -alpha),
-                j.exit.plus(greatest, beta),
+                moved(i.exit, least, -alpha),
+                moved(j.exit, greatest, beta),
             ],
         }
     }
@@ -103,6 +124,7 @@ pub(crate) struct SpanScratch {
     pairs: Vec<Pair>,
     kinks: Vec<f64>,
     intervals: Vec<Interval>,
+    given: Vec<Interval>,
     splits: Vec<f64>,
     order: Vec<u32>,
     union: Vec<Interval>,
@@ -151,15 +173,46 @@ impl SpanScratch {
         self.push_pairs(heights, output);
     }
 
+    /// Adds the union of the intervals that `fill` writes to `output`: where sides cross, an interval is empty.
+    pub(crate) fn unite(
+        &mut self,
+        heights: (f64, f64),
+        output: &mut Connector,
+        fill: impl FnOnce(&mut Vec<Interval>),
+    ) {
+        let mut intervals = std::mem::take(&mut self.given);
+        fill(&mut intervals);
+        self.kinks.clear();
+        self.kinks
+            .extend(intervals.iter().filter_map(|i| i.enter.crossing(i.exit)));
+        self.sort_kinks();
+        let mut from = 0.0;
+        for k in 0..self.kinks.len() {
+            let to = self.kinks[k];
+            let middle = 0.5 * (from + to);
+            let is_there = |i: &&Interval| i.enter.at(middle) < i.exit.at(middle);
+            self.intervals.clear();
+            self.intervals.extend(intervals.iter().filter(is_there));
+            self.push_union(heights, (from, to), output);
+            from = to;
+        }
+        self.given = intervals;
+    }
+
+    /// Orders the shares at which something changes, up to the slab's bottom.
+    fn sort_kinks(&mut self) {
+        self.kinks.push(1.0);
+        self.kinks.sort_unstable_by(f64::total_cmp);
+        self.kinks.dedup();
+    }
+
     /// Adds the union of the pairs to `output`, part by part where other sides begin to bound a pair.
     fn push_pairs(&mut self, heights: (f64, f64), output: &mut Connector) {
         self.kinks.clear();
         for pair in &self.pairs {
             pair.find_kinks(&mut self.kinks);
         }
-        self.kinks.push(1.0);
-        self.kinks.sort_unstable_by(f64::total_cmp);
-        self.kinks.dedup();
+        self.sort_kinks();
         let mut from = 0.0;
         for k in 0..self.kinks.len() {
             let to = self.kinks[k];

@@ -7,7 +7,7 @@ use glam::DVec3;
 use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
 use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
-use silmap_map::interpolate::{self, Outline, Scratch};
+use silmap_map::interpolate::{self, Method, Outline, Scratch};
 use silmap_map::{Asset, SilhouetteMap};
 
 use crate::clip::ClipBuffers;
@@ -118,7 +118,7 @@ impl Renderer {
     /// or the device fails; always on the web, where nothing may wait.
     pub fn render(&mut self, gpu: &Gpu, params: &FrameParams) -> Result<ColourImage, RenderError> {
         let outline = self.outline(params)?;
-        self.render_shape(gpu, params, &clip_shape(outline.as_ref()))
+        self.render_shape(gpu, params, &clip_shape(outline.as_ref(), params.method))
     }
 
     /// As [`Renderer::render`], without waiting.
@@ -131,7 +131,7 @@ impl Renderer {
         params: &FrameParams,
     ) -> Result<ColourImage, RenderError> {
         let outline = self.outline(params)?;
-        let shape = clip_shape(outline.as_ref());
+        let shape = clip_shape(outline.as_ref(), params.method);
         self.render_shape_async(gpu, params, &shape).await
     }
 
@@ -148,7 +148,7 @@ impl Renderer {
         params: &FrameParams,
     ) -> Result<(), RenderError> {
         let outline = self.outline(params)?;
-        let shape = clip_shape(outline.as_ref());
+        let shape = clip_shape(outline.as_ref(), params.method);
         self.record_shape(gpu, encoder, target, (params, &shape))
     }
 
@@ -356,14 +356,22 @@ impl Renderer {
 }
 
 /// The shape of an outline: one region by winding, or several intersected by parity.
-fn clip_shape(outline: Option<&Outline>) -> ClipShape<'_> {
-    outline.map_or(ClipShape::EMPTY, |outline| ClipShape {
-        rule: match outline.layers.len() {
-            1 => FillRule::NonZero,
-            _ => FillRule::EvenOddInAll,
-        },
-        layers: &outline.layers,
-        outline: outline.simple_loops(),
+fn clip_shape(outline: Option<&Outline>, method: Method) -> ClipShape<'_> {
+    outline.map_or(ClipShape::EMPTY, |outline| {
+        let is_intersection = method.n_covering() as usize == outline.layers.len();
+        let (rule, layers) = match outline.layers.len() {
+            1 => (FillRule::NonZero, outline.layers.as_slice()),
+            _ if is_intersection => (FillRule::EvenOddInAll, outline.layers.as_slice()),
+            _ => (
+                FillRule::NonZero,
+                std::slice::from_ref(outline.simple_loops()),
+            ),
+        };
+        ClipShape {
+            rule,
+            layers,
+            outline: outline.simple_loops(),
+        }
     })
 }
 

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use silmap_map::Method;
+use silmap_map::{Method, SilhouetteMap};
 
 use crate::values::{
     Backdrop, Length, Share, Size, parse_backdrop, parse_length, parse_point, parse_positive,
@@ -130,6 +130,15 @@ pub(crate) enum MethodArg {
     Paper,
     /// Every pair of spans, all three orders intersected: nothing of the model is cut away
     Hull,
+    /// Arcs between the touching points, linked by depth, and what two of three orders cover: the smallest error
+    Tight,
+}
+
+impl MethodArg {
+    /// The method asked for, or the best that `map` allows.
+    pub(crate) fn resolve(choice: Option<Self>, map: &SilhouetteMap) -> Method {
+        choice.map_or_else(|| Method::best_for(map), Method::from)
+    }
 }
 
 impl From<MethodArg> for Method {
@@ -137,6 +146,7 @@ impl From<MethodArg> for Method {
         match method {
             MethodArg::Paper => Self::Paper,
             MethodArg::Hull => Self::Hull,
+            MethodArg::Tight => Self::Tight,
         }
     }
 }
@@ -269,9 +279,9 @@ pub(crate) struct RenderArgs {
     /// What to draw
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = ModeArg::Clipped)]
     pub(crate) mode: ModeArg,
-    /// How silhouettes are interpolated
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
-    pub(crate) method: MethodArg,
+    /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) method: Option<MethodArg>,
     /// How the outline is smoothed
     #[arg(long, value_name = "HOW", value_enum, default_value_t = AntialiasArg::Soft)]
     pub(crate) antialias: AntialiasArg,
@@ -309,9 +319,9 @@ pub(crate) struct ContourArgs {
     pub(crate) asset: PathBuf,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
-    /// How silhouettes are interpolated
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
-    pub(crate) method: MethodArg,
+    /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) method: Option<MethodArg>,
     /// What to write
     #[arg(long, value_name = "FORMAT", value_enum, default_value_t = ContourFormat::Json)]
     pub(crate) format: ContourFormat,

@@ -88,7 +88,7 @@ fn wrong_usage_ends_in_2() {
         &["build", "m.ply", "-o", "o.glb", "--tighten", "best"],
         &["contour", asset, "--eye", "1,2"],
         &["contour", asset, "--eye", "0,0,3", "--size", "0x5"],
-        &["contour", asset, "--eye", "0,0,3", "--method", "tight"],
+        &["contour", asset, "--eye", "0,0,3", "--method", "exact"],
         &["contour", asset],
         &[
             "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "original",
@@ -268,7 +268,7 @@ fn evaluate_says_what_scripts_read() {
         ]);
         assert_eq!(evaluation["viewpoints"], 5);
         assert_eq!(evaluation["where"], place);
-        for method in ["paper", "hull"] {
+        for method in ["paper", "hull", "tight"] {
             let row = &evaluation["methods"][method];
             check_fields(
                 row,

@@ -8,9 +8,9 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::{Camera, Loop, Mask};
-use silmap_map::{Method, Outline, Scratch, outline};
+use silmap_map::{Outline, Scratch, outline};
 
-use crate::args::{ContourArgs, ContourFormat};
+use crate::args::{ContourArgs, ContourFormat, MethodArg};
 use crate::camera::camera_from_args;
 use crate::files::read_asset;
 use crate::output::{self, OutputFile};
@@ -68,13 +68,14 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     let named = || args.asset.display().to_string();
     let mut scratch = Scratch::new(map).with_context(named)?;
     // The first call fills the buffers that later ones, a frame each, find warm.
-    outline(map, &camera, args.method.into(), &mut scratch).with_context(named)?;
+    let method = MethodArg::resolve(args.method, map);
+    outline(map, &camera, method, &mut scratch).with_context(named)?;
     let since = Instant::now();
-    let outline = outline(map, &camera, args.method.into(), &mut scratch).with_context(named)?;
+    let outline = outline(map, &camera, method, &mut scratch).with_context(named)?;
     let seconds = since.elapsed().as_secs_f64();
 
     let as_json = || ContourJson {
-        method: Method::from(args.method).name(),
+        method: method.name(),
         camera: CameraJson::new(&camera, camera.eye.distance(map.center)),
         triangle: map.triangles[outline.triangle as usize],
         barycentric: outline.barycentric,

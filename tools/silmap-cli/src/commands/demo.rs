@@ -152,7 +152,7 @@ fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Ro
                     let params = FrameParams {
                         camera,
                         mode,
-                        method: Method::Hull,
+                        method: Method::best_for(&asset.map),
                         antialias: Antialias::Soft,
                         background: Background::Colour([255; 3]),
                     };

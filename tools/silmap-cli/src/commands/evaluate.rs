@@ -47,9 +47,10 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         viewpoints: args.viewpoints,
         seed: args.seed,
         place: args.placement.into(),
-        methods: args
-            .method
-            .map_or_else(|| Method::ALL.to_vec(), |method| vec![method.into()]),
+        methods: args.method.map_or_else(
+            || Method::all_for(&asset.map).collect(),
+            |method| vec![method.into()],
+        ),
         size_px: args.resolution,
     };
     let errors = Progress::new()

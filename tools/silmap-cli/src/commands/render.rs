@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use serde::Serialize;
 use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
 
-use crate::args::{AntialiasArg, ModeArg, RenderArgs, usage_error};
+use crate::args::{AntialiasArg, MethodArg, ModeArg, RenderArgs, usage_error};
 use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
 use crate::files::{load_model_of, read_asset};
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             &FrameParams {
                 camera,
                 mode,
-                method: args.method.into(),
+                method: MethodArg::resolve(args.method, &asset.map),
                 antialias: args.antialias.into(),
                 background: args.background.into(),
             },

@@ -1,0 +1,417 @@
+//! The part of the image that several regions share, or that most of them cover, as simple loops.
+//!
+//! The three two-step orders of an eye each give a region. Conservative regions all hold the true silhouette, so their
+//! intersection does too; of tight ones, what at least two cover is robust where one is off. Both are the same whatever
+//! order comes first. The regions nearly coincide and have few crossings, which suits the slab sweep: within a slab every side
+//! is linear, and slabs are split where sides cross.
+
+use glam::DVec3;
+
+use crate::chains::{Chains, Strand, Walker};
+use crate::connect::{Connector, Slack};
+use crate::linear::{FEWEST_FOLLOWED, do_cross};
+use crate::loops::{DeepLoops, FlatLoops};
+use crate::side::{Interval, Side, insertion_sort};
+
+/// Coordinates are pixels here: this is about what contours are rounded to.
+const SLACK_PX: f64 = 0.05;
+
+/// Buffers for combining three regions.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CombineScratch {
+    chains: [Chains; 3],
+    walkers: [Walker; 3],
+    intervals: [Vec<Interval>; 3],
+    splits: Vec<f64>,
+    side_ends: Vec<usize>,
+    ends: Vec<End>,
+    covered: Vec<Interval>,
+    connector: Connector,
+    loops: DeepLoops,
+}
+
+/// Where a region begins or stops to cover a scanline.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    side: Side,
+    x: f64,
+    is_enter: bool,
+}
+
+impl CombineScratch {
+    /// Writes the loops that bound what at least `n_covering` of the `regions` (each even-odd, without crossings) cover to
+    /// `output`.
+    pub(crate) fn combine(
+        &mut self,
+        regions: [&FlatLoops; 3],
+        n_covering: u32,
+        output: &mut FlatLoops,
+    ) {
+        for ((chains, walker), region) in
+            (self.chains.iter_mut().zip(&mut self.walkers)).zip(regions)
+        {
+            chains.clear();
+            for points in region.iter() {
+                for p in points {
+                    chains.push(DVec3::new(p.x, p.y, 0.0));
+                }
+                chains.close(SLACK_PX);
+            }
+            chains.seal();
+            walker.restart();
+        }
+        self.connector.clear();
+        self.sweep(n_covering);
+        let slack = Slack {
+            line: SLACK_PX,
+            depth: f64::INFINITY,
+        };
+        self.connector.finish(slack, &mut self.loops);
+        output.clear();
+        for points in self.loops.iter() {
+            for p in points {
+                output.push(p.truncate());
+            }
+            output.close();
+        }
+    }
+
+    fn sweep(&mut self, n_covering: u32) {
+        let mut y = (self.chains.iter()).fold(f64::INFINITY, |y, c| y.min(c.first_y()));
+        while y.is_finite() {
+            let mut end = f64::INFINITY;
+            for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+                walker.enter(chains, y);
+                end = end.min(walker.end(chains));
+            }
+            if !end.is_finite() {
+                return;
+            }
+            let n_present = self.walkers.iter().filter(|w| w.n_intervals() > 0).count();
+            if n_present >= n_covering as usize {
+                self.visit((y, end), n_covering);
+            }
+            y = end;
+        }
+    }
+
+    /// Combines between two heights where no chain ends: side by side where the regions' intervals belong together one by
+    /// one, and slab by slab where they do not.
+    fn visit(&mut self, (mut y, end): (f64, f64), n_covering: u32) {
+        while y < end {
+            let mut bottom = end;
+            while !self.follow((y, bottom), n_covering) {
+                let middle = 0.5 * (y + bottom);
+                if self.count_vertices(bottom) < FEWEST_FOLLOWED || middle <= y {
+                    self.visit_slabs((y, bottom), n_covering);
+                    break;
+                }
+                bottom = middle;
+            }
+            y = bottom;
+        }
+    }
+
+    /// Vertices of all regions from where the walks are down to height `y`.
+    fn count_vertices(&self, y: f64) -> u32 {
+        let views = self.walkers.iter().zip(&self.chains);
+        views.map(|(w, c)| w.count_vertices(c, y)).sum()
+    }
+
+    /// Combines side by side; false, with nothing done, where intervals do not belong together one by one.
+    fn follow(&mut self, heights: (f64, f64), n_covering: u32) -> bool {
+        let [a, b, c] = &self.walkers;
+        let n_sides = a.strands().len();
+        if [b, c].iter().any(|w| w.strands().len() != n_sides) || !self.are_apart(heights.1) {
+            return false;
+        }
+        self.connector.begin_slab(heights.0);
+        self.side_ends.clear();
+        let points = self.connector.points();
+        let start = points.len();
+        if n_covering < 3 {
+            // Ranks say nothing unless all three overlap: the last left side must lie before the first right one.
+            for k in (0..n_sides).step_by(2) {
+                let strands = |k: usize| [a, b, c].map(|w| w.strands()[k]);
+                follow_rank(&self.chains, strands(k), heights, 2, points);
+                let middle = points.len();
+                follow_rank(&self.chains, strands(k + 1), heights, 0, points);
+                let is_apart = do_cross(&points[start..middle], &points[middle..]);
+                points.truncate(start);
+                if is_apart {
+                    return false;
+                }
+            }
+        }
+        let mut from = start;
+        for k in 0..n_sides {
+            let strands = [a, b, c].map(|w| w.strands()[k]);
+            // What enough regions cover begins at the n-th of their left sides, and ends where too few are left.
+            let rank = if k % 2 == 0 {
+                n_covering - 1
+            } else {
+                3 - n_covering
+            };
+            follow_rank(&self.chains, strands, heights, rank as usize, points);
+            let end = points.len();
+            if let Some(&before) = self.side_ends.last()
+                && do_cross(&points[from..before], &points[before..end])
+            {
+                points.truncate(start);
+                return false;
+            }
+            from = self.side_ends.last().copied().unwrap_or(start);
+            self.side_ends.push(end);
+        }
+        let mut from = start;
+        for &end in &self.side_ends {
+            self.connector.add_side(from, end);
+            from = end;
+        }
+        self.connector.end_slab(heights.1);
+        for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+            walker.advance(chains, heights.1);
+        }
+        true
+    }
+
+    /// Whether each interval of every region lies left of the next of every other.
+    fn are_apart(&self, y_bottom: f64) -> bool {
+        let n_sides = self.walkers[0].strands().len();
+        let views = || self.walkers.iter().zip(&self.chains);
+        (2..n_sides).step_by(2).all(|k| {
+            let range =
+                |w: &Walker, chains: &Chains, k: usize| w.strands()[k].x_range(chains, y_bottom);
+            let rightmost = views().map(|(w, c)| range(w, c, k - 1).1);
+            let leftmost = views().map(|(w, c)| range(w, c, k).0);
+            rightmost.fold(f64::NEG_INFINITY, f64::max) < leftmost.fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    fn visit_slabs(&mut self, (mut y, end): (f64, f64), n_covering: u32) {
+        while y < end {
+            let bottom = (self.walkers.iter()).fold(end, |least, w| least.min(w.next_vertex()));
+            for ((walker, chains), intervals) in
+                (self.walkers.iter_mut().zip(&self.chains)).zip(&mut self.intervals)
+            {
+                walker.intervals((y, bottom), intervals);
+                walker.advance(chains, bottom);
+            }
+            self.push_slab((y, bottom), n_covering);
+            y = bottom;
+        }
+    }
+
+    fn push_slab(&mut self, (y_top, y_bottom): (f64, f64), n_covering: u32) {
+        find_crossings(&self.intervals, &mut self.splits);
+        let (mut from, mut y_from) = (0.0, y_top);
+        for k in 0..=self.splits.len() {
+            let (to, y_to) = match self.splits.get(k) {
+                Some(&share) => (share, y_top + (y_bottom - y_top) * share),
+                None => (1.0, y_bottom),
+            };
+            self.cover(0.5 * (from + to), n_covering);
+            self.connector
+                .push((y_from, y_to), &self.covered, (from, to));
+            (from, y_from) = (to, y_to);
+        }
+    }
+
+    /// Writes the intervals that enough regions cover at a share of the slab.
+    fn cover(&mut self, share: f64, n_covering: u32) {
+        self.ends.clear();
+        for interval in self.intervals.iter().flatten() {
+            for (side, is_enter) in [(interval.enter, true), (interval.exit, false)] {
+                let x = side.at(share);
+                self.ends.push(End { side, x, is_enter });
+            }
+        }
+        insertion_sort(&mut self.ends, |end| end.x);
+        self.covered.clear();
+        // Thinned-out loops may cross by the slack, so that a count may dip below none.
+        let (mut n_here, n_covering) = (0, i64::from(n_covering));
+        let mut enter = None;
+        for end in &self.ends {
+            if end.is_enter {
+                n_here += 1;
+                if n_here == n_covering {
+                    enter = Some(end);
+                }
+            } else {
+                if n_here == n_covering
+                    && let Some(begun) = enter.take().filter(|e: &&End| e.x < end.x)
+                {
+                    self.covered.push(Interval {
+                        enter: begun.side,
+                        exit: end.side,
+                    });
+                }
+                n_here -= 1;
+            }
+        }
+    }
+}
+
+/// Appends the side that is, at each height, the one of three with the given rank from the left (0, 1 or 2) to `points`.
+fn follow_rank(
+    chains: &[Chains; 3],
+    mut strands: [Strand; 3],
+    (y_top, y_bottom): (f64, f64),
+    rank: usize,
+    points: &mut Vec<DVec3>,
+) {
+    let mut y = y_top;
+    let mut before: Option<([f64; 3], f64)> = None;
+    loop {
+        let xs = strands.map(|s| s.at(y).x);
+        if let Some((old, y_old)) = before {
+            for share in crossings(&old, &xs).into_iter().flatten() {
+                let mixed = [0, 1, 2].map(|k: usize| old[k] + (xs[k] - old[k]) * share);
+                let x = mixed[index_of_rank(&mixed, rank)];
+                points.push(DVec3::new(x, y_old + (y - y_old) * share, 0.0));
+            }
+        }
+        let at = index_of_rank(&xs, rank);
+        points.push(DVec3::new(xs[at], y, 0.0));
+        if y >= y_bottom {
+            return;
+        }
+        before = Some((xs, y));
+        let mut next = y_bottom;
+        for (strand, chains) in strands.iter_mut().zip(chains) {
+            if strand.next_y() <= y {
+                strand.advance(chains, y);
+            }
+            next = next.min(strand.next_y());
+        }
+        y = next;
+    }
+}
+
+/// The shares of the way from one triple to another at which two of the numbers are equal, ascending.
+fn crossings(from: &[f64; 3], to: &[f64; 3]) -> [Option<f64>; 3] {
+    let mut shares = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| {
+        let (above, below) = (from[i] - from[j], to[i] - to[j]);
+        let is_crossed = above * below < 0.0;
+        is_crossed.then(|| above / (above - below))
+    });
+    if shares.iter().flatten().count() > 1 {
+        shares.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    }
+    shares
+}
+
+/// The place of the number with the given rank among three; of equal ones, the first.
+fn index_of_rank(xs: &[f64; 3], rank: usize) -> usize {
+    let is_before = |i: usize, j: usize| xs[i] < xs[j] || (xs[i] == xs[j] && i < j);
+    let [ab, ac, bc] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| is_before(i, j));
+    let rank_of_first = usize::from(!ab) + usize::from(!ac);
+    let rank_of_second = usize::from(ab) + usize::from(!bc);
+    if rank_of_first == rank {
+        0
+    } else if rank_of_second == rank {
+        1
+    } else {
+        2
+    }
+}
+
+/// The shares at which sides of different regions cross.
+fn find_crossings(spans: &[Vec<Interval>; 3], splits: &mut Vec<f64>) {
+    splits.clear();
+    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+        for i in &spans[a] {
+            for j in &spans[b] {
+                for p in [i.enter, i.exit] {
+                    splits.extend([j.enter, j.exit].iter().filter_map(|q| p.crossing(*q)));
+                }
+            }
+        }
+    }
+    splits.sort_unstable_by(f64::total_cmp);
+    splits.dedup();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+    use proptest::prelude::*;
+    use silmap_geometry::polygon::{fill_even_odd, signed_area};
+    use silmap_geometry::{Loop, Mask};
+
+    /// A star-shaped loop: simple whatever the radii are.
+    fn star(radii: &[f64], center: DVec2) -> Loop {
+        let n = radii.len() as f64;
+        let point = |(k, r): (usize, &f64)| {
+            let (sin, cos) = (k as f64 / n * std::f64::consts::TAU).sin_cos();
+            center + DVec2::new(cos, sin) * *r
+        };
+        radii.iter().enumerate().map(point).collect()
+    }
+
+    fn any_star() -> impl Strategy<Value = Loop> {
+        let radii = prop::collection::vec(
+            prop::sample::select(vec![4.0, 10.0, 10.5, 17.25, 30.0]),
+            3..20,
+        );
+        (radii, 30.0..36.0_f64, 30.0..36.0_f64).prop_map(|(r, x, y)| star(&r, DVec2::new(x, y)))
+    }
+
+    /// Pixel centres within the slack of an outline may fall on either side: how many lie there.
+    fn near_outlines(loops: &[Loop]) -> f64 {
+        let length: f64 = loops
+            .iter()
+            .flatten()
+            .zip(loops.iter().flatten().skip(1))
+            .map(|(a, b)| a.distance(*b))
+            .sum();
+        2.0 * SLACK_PX * length
+    }
+
+    proptest! {
+        #[test]
+        fn intersection_fills_the_pixels_all_three_fill(loops in prop::array::uniform3(any_star())) {
+            let regions = loops.clone().map(|l| {
+                let mut flat = FlatLoops::default();
+                flat.assign([&l[..]]);
+                flat
+            });
+            let mut output = FlatLoops::default();
+            let [a, b, c] = &regions;
+            CombineScratch::default().combine([a, b, c], 3, &mut output);
+            let (mut expected, mut filled, mut got) = (Mask::new(66, 66), Mask::new(66, 66), Mask::new(66, 66));
+            fill_even_odd(&loops[..1], &mut expected);
+            for l in &loops[1..] {
+                fill_even_odd(std::slice::from_ref(l), &mut filled);
+                expected.intersect(&filled);
+            }
+            fill_even_odd(output.iter(), &mut got);
+            prop_assert!(got.count_different(&expected) as f64 <= near_outlines(&loops), "{} differ", got.count_different(&expected));
+            let area: f64 = output.iter().map(signed_area).sum();
+            prop_assert!((area - expected.count() as f64).abs() < 140.0, "orientation or area is off: {area}");
+        }
+
+        /// What at least two cover is what the masks say.
+        #[test]
+        fn majority_fills_the_pixels_two_fill(loops in prop::array::uniform3(any_star())) {
+            let regions = loops.clone().map(|l| {
+                let mut flat = FlatLoops::default();
+                flat.assign([&l[..]]);
+                flat
+            });
+            let mut output = FlatLoops::default();
+            let [a, b, c] = &regions;
+            CombineScratch::default().combine([a, b, c], 2, &mut output);
+            let mut masks = [(); 3].map(|()| Mask::new(66, 66));
+            for (l, mask) in loops.iter().zip(&mut masks) {
+                fill_even_odd(std::slice::from_ref(l), mask);
+            }
+            let [mut expected, one, two] = masks;
+            expected.keep_majority([&one, &two]);
+            let mut got = Mask::new(66, 66);
+            fill_even_odd(output.iter(), &mut got);
+            prop_assert!(got.count_different(&expected) as f64 <= near_outlines(&loops), "{} differ", got.count_different(&expected));
+        }
+    }
+}
