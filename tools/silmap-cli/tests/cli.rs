@@ -158,6 +158,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "views.0.eye",
             "views.0.contour_vertices",
             "triangles.0",
+            "error_curve",
         ],
     );
     assert_eq!(inspected["map"]["views"], made["kept"]);
@@ -171,7 +172,9 @@ fn build_and_inspect_say_what_scripts_read() {
     assert_eq!(inspected["model"]["name"], "torus");
 
     let brief = run_json(&["inspect", path(asset), "--json"]);
-    assert!(brief.get("views").is_none() && brief.get("triangles").is_none());
+    for long in ["views", "triangles", "error_curve"] {
+        assert!(brief.get(long).is_none(), "{long} without --full");
+    }
     let told = run(&["inspect", path(asset)]);
     assert!(told.code == 0 && told.out.contains("hull"), "{}", told.out);
 }
