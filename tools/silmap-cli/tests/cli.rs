@@ -403,6 +403,38 @@ fn hull_says_what_scripts_read_and_writes_every_format() {
 }
 
 #[test]
+fn a_model_and_its_hull_keep_their_colours() {
+    let folder = scratch("colours");
+    let (model, hull) = (folder.join("organic.obj"), folder.join("hull.ply"));
+    let ended = run(&["generate", "organic", "--faces", "3000", "-o", path(&model)]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let text = fs::read_to_string(&model).unwrap();
+    assert_eq!(
+        text.lines().next().unwrap().split(' ').count(),
+        7,
+        "x y z r g b"
+    );
+    run_json(&[
+        "hull",
+        path(&model),
+        "--faces",
+        "2500",
+        "-o",
+        path(&hull),
+        "--json",
+    ]);
+    let bytes = fs::read(&hull).unwrap();
+    let vertices = bytes
+        .split(|&b| b == b'\n')
+        .take_while(|l| *l != b"end_header");
+    assert!(
+        vertices
+            .into_iter()
+            .any(|line| line == b"property uchar red")
+    );
+}
+
+#[test]
 fn pictures_have_the_size_asked_for_and_differ_by_mode() {
     if is_gpu_skipped() {
         return;
