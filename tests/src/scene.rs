@@ -2,7 +2,8 @@
 //! from an unsimplified sphere of views.
 
 use glam::DVec3;
-use silmap_geometry::{Bounds, Camera, ClosedMesh, ColourImage, CoverageRule, TriangleMesh};
+
+use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, ColourImage, CoverageRule, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, EncodedImage, SilhouetteMap, TextureSet,
@@ -23,6 +24,8 @@ const HULL_FACES: usize = 320;
 const PUSH_REL: f64 = 0.09;
 /// Side of the capture images and of the paint.
 const CAPTURE_PX: u32 = 256;
+/// Pixels by which the paint goes past the model's rim.
+const PAINT_MARGIN_PX: u32 = 6;
 /// Views of the map.
 const MAP_VIEWS: u32 = 96;
 /// Pictures for paint.
@@ -31,6 +34,8 @@ const PAINT_VIEWS: u32 = 13;
 const VIEW_DISTANCE_REL: f64 = 3.0;
 /// Cosine under which a view is too flat to paint a face.
 const LEAST_COSINE: f64 = 0.2;
+/// How far before a point the model may be hit for the point to be seen still, in radii.
+const HIDDEN_SLACK_REL: f64 = 0.05;
 
 /// The model: a torus that is red on one side and green on the other, so that a mistaken texture view shows.
 #[must_use]
@@ -121,24 +126,38 @@ fn textures(gpu: &Gpu, mesh: &TriangleMesh, hull: &CoarseHull) -> TextureSet {
         .expect("the sphere is larger than the model")
         .into_iter()
         .map(|camera| {
-            let params = frame(camera, Mode::Original, Antialias::Msaa);
-            let picture = renderer.render(gpu, &params).expect("the device draws");
+            let params = FrameParams {
+                background: Background::Transparent,
+                ..frame(camera, Mode::Original, Antialias::None)
+            };
+            let mut picture = renderer.render(gpu, &params).expect("the device draws");
+            spread_colours(&mut picture);
             TextureView {
                 camera,
                 image: png(&picture),
             }
         })
         .collect();
+    let bvh = Bvh::new(mesh);
+    let slack = bounds.radius * HIDDEN_SLACK_REL;
     let visible_views = hull
         .faces
         .iter()
         .map(|face| {
-            let [a, b, c] = face.map(|v| point(hull.surface_points[v as usize]));
+            let corners = face.map(|v| point(hull.surface_points[v as usize]));
+            let [a, b, c] = corners;
             let normal = (b - a).cross(c - a).normalize_or_zero();
             let middle = (a + b + c) / 3.0;
             (0..).zip(&views).fold(0, |bits, (k, view)| {
-                let cosine = (view.camera.eye - middle).normalize_or_zero().dot(normal);
-                bits | u64::from(cosine > LEAST_COSINE) << k
+                let eye = view.camera.eye;
+                let cosine = (eye - middle).normalize_or_zero().dot(normal);
+                let is_seen = |p: DVec3| {
+                    let way = p - eye;
+                    let end = 1.0 - slack / way.length();
+                    bvh.first_hit(eye, way, 0.0, end).is_none()
+                };
+                let is_visible = cosine > LEAST_COSINE && corners.into_iter().all(is_seen);
+                bits | u64::from(is_visible) << k
             })
         })
         .collect();
@@ -146,6 +165,34 @@ fn textures(gpu: &Gpu, mesh: &TriangleMesh, hull: &CoarseHull) -> TextureSet {
         views,
         visible_views,
         atlas: None,
+    }
+}
+
+/// Gives empty pixels near the model the mean colour of their neighbours, so that no background shows at its rim.
+fn spread_colours(picture: &mut ColourImage) {
+    let (width, height) = (i64::from(picture.width), i64::from(picture.height));
+    for _ in 0..PAINT_MARGIN_PX {
+        let before = picture.rgba.clone();
+        let at = |x: i64, y: i64| {
+            let inside = (0..width).contains(&x) && (0..height).contains(&y);
+            inside.then(|| &before[4 * (y * width + x) as usize..][..4])
+        };
+        for y in 0..height {
+            for x in 0..width {
+                let mut sum = [0_u32; 4];
+                for k in 0..9 {
+                    if let Some(near) = at(x + k % 3 - 1, y + k / 3 - 1).filter(|p| p[3] > 0) {
+                        (0..3).for_each(|c| sum[c] += u32::from(near[c]));
+                        sum[3] += 1;
+                    }
+                }
+                let pixel = &mut picture.rgba[4 * (y * width + x) as usize..][..4];
+                if pixel[3] == 0 && sum[3] > 0 {
+                    (0..3).for_each(|c| pixel[c] = (sum[c] / sum[3]) as u8);
+                    pixel[3] = 255;
+                }
+            }
+        }
     }
 }
 

@@ -29,6 +29,14 @@ pub const STENCIL_FILL: Tolerance = Tolerance {
     max_outliers: 24,
 };
 
+/// The stencil's region against a path rasteriser, which rounds corners and slopes itself and so is up to 1/16 pixel off
+/// its own edges: of 2750 pixels of edge in one tangle, 36 pixels differed, from our processor's fill as much as from the
+/// device's.
+pub const PATH_FILL: Tolerance = Tolerance {
+    value: 0,
+    max_outliers: 48,
+};
+
 /// A mesh's mask from the device against the processor's. Vertices are rounded to 1/256 pixel in different ways; centres
 /// that near to an edge differ.
 pub const CAPTURE_MASK: Tolerance = Tolerance {
@@ -40,6 +48,13 @@ pub const CAPTURE_MASK: Tolerance = Tolerance {
 /// columns and up to 9 % (23 of 255) off for diagonals; corners and features under a pixel wide are off by more.
 pub const SOFT_COVERAGE: Tolerance = Tolerance {
     value: 28,
+    max_outliers: 40,
+};
+
+/// Multisampled coverage against the true area. Four samples tell five shares apart: half a step (32 of 255), and as much
+/// again for where the samples lie, with a margin for corners in a pixel.
+pub const SAMPLED_COVERAGE: Tolerance = Tolerance {
+    value: 80,
     max_outliers: 40,
 };
 

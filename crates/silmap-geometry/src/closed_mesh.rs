@@ -7,7 +7,7 @@ use crate::defects::MeshDefects;
 use crate::mesh::{Bounds, TriangleMesh};
 
 /// A [`TriangleMesh`] that is closed, consistently oriented, manifold at every edge and vertex, finite, without
-/// duplicate faces, facing outward (its signed volume is positive), and without unused vertices.
+/// duplicate faces or faces with three corners on one line, facing outward (its signed volume is positive), and without unused vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedMesh {
     mesh: TriangleMesh,
@@ -146,6 +146,29 @@ mod tests {
                 vertex: 1
             }]
         );
+    }
+
+    #[test]
+    fn a_face_whose_corners_lie_on_a_line_is_named() {
+        let mut positions = CORNERS[..4].to_vec();
+        positions.push([0.5, 0.5, 0.0]);
+        // The edge from 1 to 2 has a vertex on it, and a face without area beside it.
+        let faces = [
+            [0, 2, 1],
+            [0, 1, 3],
+            [1, 4, 3],
+            [4, 2, 3],
+            [0, 3, 2],
+            [1, 2, 4],
+        ];
+        let defects = MeshDefects::of(&mesh(&positions, &faces)).unwrap();
+        assert_eq!(defects.kinds(), [Defect::ZeroArea { count: 1, face: 5 }]);
+        assert!(defects.is_repairable());
+        let text = defects.renumber(&[], &[], 0).to_string();
+        assert_eq!(text, "face 6 has no area: its corners lie on one line");
+        // The least that can be stored is an area.
+        positions[4][2] = f64::MIN_POSITIVE;
+        assert!(ClosedMesh::try_from(mesh(&positions, &faces)).is_ok());
     }
 
     #[test]

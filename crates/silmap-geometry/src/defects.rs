@@ -1,12 +1,16 @@
 //! Everything that keeps a triangle mesh from being a closed, oriented 2-manifold, found in one pass.
 //!
 //! Sound: every index in range, every coordinate finite, no face with a repeated corner, every edge used by exactly two
-//! faces in opposite directions, one fan of faces around every vertex, no two faces on the same three vertices, a volume,
-//! and that volume positive. Faces without area are no defect: scans are full of slivers, and an outline does not mind.
+//! faces in opposite directions, one fan of faces around every vertex, no two faces on the same three vertices, no face
+//! with its corners at three places on one line, a volume, and that volume positive. Slivers are no defect as long as they have an area
+//! at all: scans are full of them, and an outline does not mind.
 
 use std::fmt;
 
+use glam::DVec3;
+
 use crate::mesh::TriangleMesh;
+use crate::predicates::are_collinear;
 use crate::topology::Topology;
 
 /// A mesh whose volume is below this fraction of its bounding sphere's cubed radius has none: the sum's own rounding
@@ -91,6 +95,13 @@ pub enum Defect {
         /// Sheets there.
         fans: usize,
     },
+    /// Faces whose vertices lie exactly on one line, at three places.
+    ZeroArea {
+        /// Such faces.
+        count: usize,
+        /// The first of them.
+        face: u32,
+    },
     /// All vertices lie in a plane, or the surface encloses nothing.
     NoVolume,
     /// Closed and consistent, but facing inward.
@@ -136,7 +147,9 @@ impl MeshDefects {
         for defect in &mut self.defects {
             match defect {
                 Defect::NoFaces | Defect::NoVolume | Defect::Inward { .. } => {}
-                Defect::VertexOutOfRange { face, .. } => *face = other(face_of, *face),
+                Defect::VertexOutOfRange { face, .. } | Defect::ZeroArea { face, .. } => {
+                    *face = other(face_of, *face);
+                }
                 Defect::NotFinite { vertex, .. } | Defect::SplitVertex { vertex, .. } => {
                     *vertex = other(vertex_of, *vertex);
                 }
@@ -179,6 +192,7 @@ impl MeshDefects {
                     | Defect::DuplicateFace { .. }
                     | Defect::Inconsistent { .. }
                     | Defect::SplitVertex { .. }
+                    | Defect::ZeroArea { .. }
             )
         })
     }
@@ -294,6 +308,14 @@ impl Defect {
                 )?;
                 more(f, count)
             }
+            Self::ZeroArea { count, face } => {
+                write!(
+                    f,
+                    "face {} has no area: its corners lie on one line",
+                    face_name(face)
+                )?;
+                more(f, count)
+            }
             Self::NoVolume => f.write_str("no volume: it is flat, or its sheets enclose nothing"),
             Self::Inward { volume } => write!(f, "it faces inward (signed volume {volume:.3e})"),
         }
@@ -341,6 +363,11 @@ fn find_defects(mesh: &TriangleMesh) -> Vec<Defect> {
     defects.extend(boundary);
     defects.extend(split_vertices(&faces, &topology));
     if is_finite {
+        let is_line = |f: &[u32; 3]| has_corners_on_line(f.map(|v| mesh.positions[v as usize]));
+        if let Some((first, count)) = first_and_count(mesh, is_line) {
+            let face = first as u32;
+            defects.push(Defect::ZeroArea { count, face });
+        }
         defects.extend(volume_defect(mesh, is_closed));
     }
     defects
@@ -364,6 +391,12 @@ pub fn repeated_corner(&[a, b, c]: &[u32; 3]) -> Option<u32> {
     } else {
         None
     }
+}
+
+/// Whether three corners at three places lie exactly on one line. Corners at one place are another matter: reading a file
+/// welds them, and sheets that touch are kept apart by them.
+pub(crate) fn has_corners_on_line([a, b, c]: [DVec3; 3]) -> bool {
+    a != b && b != c && c != a && are_collinear([a, b, c])
 }
 
 fn not_finite(mesh: &TriangleMesh) -> Option<Defect> {

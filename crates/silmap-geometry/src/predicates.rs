@@ -13,6 +13,19 @@ pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     robust::orient2d(coordinate(a), coordinate(b), coordinate(c))
 }
 
+/// Whether three points lie on one line, or two of them at one place. The answer is exact.
+#[must_use]
+pub fn are_collinear([a, b, c]: [DVec3; 3]) -> bool {
+    // They do when they do in the projections along all three axes.
+    [
+        |p: DVec3| DVec2::new(p.x, p.y),
+        |p: DVec3| DVec2::new(p.y, p.z),
+        |p: DVec3| DVec2::new(p.z, p.x),
+    ]
+    .iter()
+    .all(|project| orient2d(project(a), project(b), project(c)) == 0.0)
+}
+
 /// Positive when `p` lies on the side of the plane through `a`, `b`, `c` that sees them counter-clockwise (outside, for
 /// a face of an outward mesh), negative on the other side, zero on the plane. The sign is exact.
 #[must_use]
@@ -73,6 +86,17 @@ mod tests {
         assert!(side_of_plane(a, b, c, -DVec3::Z) < 0.0);
         assert_eq!(side_of_plane(a, b, c, DVec3::new(7.0, -3.0, 0.0)), 0.0);
         assert!(orient2d(DVec2::ZERO, DVec2::X, DVec2::Y) > 0.0);
+    }
+
+    #[test]
+    fn a_line_is_told_from_a_sliver() {
+        let (a, b) = (DVec3::new(0.1, 0.7, -3.0), DVec3::new(0.3, 2.1, -9.0));
+        assert!(are_collinear([DVec3::ZERO, DVec3::ONE, 3.0 * DVec3::ONE]));
+        assert!(are_collinear([a, b, a]));
+        assert!(are_collinear([a, DVec3::ZERO, 2.0 * a]));
+        let off = DVec3::new((2.0 * a.x).next_up(), 2.0 * a.y, 2.0 * a.z);
+        assert!(!are_collinear([a, DVec3::ZERO, off]));
+        assert!(!are_collinear(TRIANGLE));
     }
 
     #[test]

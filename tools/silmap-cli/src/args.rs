@@ -338,7 +338,7 @@ pub(crate) struct ContourArgs {
 pub(crate) struct InspectArgs {
     /// The asset
     pub(crate) asset: PathBuf,
-    /// List views and polytope triangles too
+    /// List views, polytope triangles and the error curve too
     #[arg(long)]
     pub(crate) full: bool,
     #[command(flatten)]

@@ -158,6 +158,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "views.0.eye",
             "views.0.contour_vertices",
             "triangles.0",
+            "error_curve",
         ],
     );
     assert_eq!(inspected["map"]["views"], made["kept"]);
@@ -171,7 +172,9 @@ fn build_and_inspect_say_what_scripts_read() {
     assert_eq!(inspected["model"]["name"], "torus");
 
     let brief = run_json(&["inspect", path(asset), "--json"]);
-    assert!(brief.get("views").is_none() && brief.get("triangles").is_none());
+    for long in ["views", "triangles", "error_curve"] {
+        assert!(brief.get(long).is_none(), "{long} without --full");
+    }
     let told = run(&["inspect", path(asset)]);
     assert!(told.code == 0 && told.out.contains("hull"), "{}", told.out);
 }
@@ -397,6 +400,38 @@ fn hull_says_what_scripts_read_and_writes_every_format() {
     ]);
     assert!(inner["volume_ratio"].as_f64().unwrap() < 1.0);
     assert!(inner["verified"].is_null());
+}
+
+#[test]
+fn a_model_and_its_hull_keep_their_colours() {
+    let folder = scratch("colours");
+    let (model, hull) = (folder.join("organic.obj"), folder.join("hull.ply"));
+    let ended = run(&["generate", "organic", "--faces", "3000", "-o", path(&model)]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let text = fs::read_to_string(&model).unwrap();
+    assert_eq!(
+        text.lines().next().unwrap().split(' ').count(),
+        7,
+        "x y z r g b"
+    );
+    run_json(&[
+        "hull",
+        path(&model),
+        "--faces",
+        "2500",
+        "-o",
+        path(&hull),
+        "--json",
+    ]);
+    let bytes = fs::read(&hull).unwrap();
+    let vertices = bytes
+        .split(|&b| b == b'\n')
+        .take_while(|l| *l != b"end_header");
+    assert!(
+        vertices
+            .into_iter()
+            .any(|line| line == b"property uchar red")
+    );
 }
 
 #[test]

@@ -79,9 +79,13 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<String> {
     for &name in PORTABLE {
         faults.extend(reach_faults(name, &reached_crates(root, name)?));
     }
+    faults.extend(document_faults(
+        &read(root, "Cargo.toml")?,
+        &read(root, "ARCHITECTURE.md")?,
+    )?);
     if !faults.is_empty() {
         bail!(
-            "{} (the arrows are in tools/xtask/src/check_deps.rs and ARCHITECTURE.md)",
+            "{} (the arrows are in tools/xtask/src/check_deps.rs, the reasons in ARCHITECTURE.md)",
             faults.join("; ")
         );
     }
@@ -113,6 +117,36 @@ fn reach_faults(name: &str, reached: &BTreeSet<String>) -> Vec<String> {
         .filter(|&&banned| reached.contains(banned))
         .map(|banned| format!("{name} must build for the web, yet it reaches {banned}"))
         .collect()
+}
+
+/// One sentence for each outside crate of the workspace that the document's table gives no reason for.
+fn document_faults(manifest: &str, document: &str) -> anyhow::Result<Vec<String>> {
+    let listed: BTreeSet<&str> = document
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.split('|').next())
+        .flat_map(|names| names.split(',').map(str::trim))
+        .collect();
+    let named: Vec<&str> = manifest
+        .lines()
+        .skip_while(|line| *line != "[workspace.dependencies]")
+        .skip(1)
+        .take_while(|line| !line.starts_with('['))
+        .filter_map(|line| Some(line.split_once(" = ")?.0))
+        .filter(|name| !name.starts_with("silmap-"))
+        .collect();
+    ensure!(
+        !named.is_empty(),
+        "Cargo.toml names no outside crate: nothing was checked"
+    );
+    Ok(named
+        .into_iter()
+        .filter(|name| !listed.contains(name))
+        .map(|name| format!("ARCHITECTURE.md does not say what {name} is for"))
+        .collect())
+}
+
+fn read(root: &Path, name: &str) -> anyhow::Result<String> {
+    std::fs::read_to_string(root.join(name)).with_context(|| format!("{name} cannot be read"))
 }
 
 /// All pairs (crate, workspace crate it names) with any kind of dependency.
@@ -231,6 +265,17 @@ mod tests {
         assert!(reach_faults("silmap-map", &reached(&["glam", "thiserror"])).is_empty());
         let faults = reach_faults("silmap-map", &reached(&["glam", "rayon", "spade"]));
         assert_eq!(faults.len(), 2, "{faults:?}");
+    }
+
+    #[test]
+    fn a_crate_without_a_reason_is_a_fault() {
+        let manifest =
+            "[workspace.dependencies]\nsilmap-map = 1\nglam = 1\nserde = 1\n\n[lints]\nx = 1\n";
+        let document = "| crate | what for |\n| glam, serde | because |\n";
+        assert!(document_faults(manifest, document).unwrap().is_empty());
+        let faults = document_faults(manifest, "| glam | because |").unwrap();
+        assert_eq!(faults, ["ARCHITECTURE.md does not say what serde is for"]);
+        assert!(document_faults("", document).is_err());
     }
 
     #[test]

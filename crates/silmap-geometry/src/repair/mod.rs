@@ -2,7 +2,7 @@
 //!
 //! Nothing is moved and nothing is filled (see [`crate::holes`] for that). Faces without content go: those that repeat a
 //! corner, copies, and fins (faces with a free edge that stand on a surface, or
-//! with nothing but free edges). Sheets that touch in edges or vertices come
+//! with nothing but free edges). Faces whose corners lie on one line are replaced by turning an edge. Sheets that touch in edges or vertices come
 //! apart there: every sheet gets its own copy of the vertex, at the same place. Then all faces of a part are turned to
 //! one side, and parts outward.
 //!
@@ -16,10 +16,12 @@ mod outward;
 mod sheets;
 #[cfg(test)]
 mod tests;
+mod zero_area;
 
 use thiserror::Error;
 
 pub use self::outward::turn_outward;
+pub use self::zero_area::replace_zero_area;
 use crate::defects::counted;
 use crate::mesh::TriangleMesh;
 
@@ -57,6 +59,8 @@ pub struct RepairReport {
     pub duplicates: usize,
     /// Faces removed because they stand on a surface with a free edge, or touch others in no edge at all.
     pub fins: usize,
+    /// Faces whose corners lie on one line, replaced by turning an edge.
+    pub zero_areas: usize,
     /// Edges with more than two faces that were taken apart.
     pub crowded_edges: usize,
     /// Vertices added because sheets were taken apart.
@@ -87,6 +91,11 @@ impl RepairReport {
                 self.fins,
                 "face",
                 "with free edges that enclose nothing: removed",
+            ),
+            (
+                self.zero_areas,
+                "face",
+                "without area: removed by turning an edge",
             ),
             (
                 self.crowded_edges,
@@ -128,5 +137,6 @@ pub fn repair(mesh: &mut TriangleMesh) -> Result<RepairReport, RepairError> {
         let removed = report.repeated_corners + report.duplicates + report.fins;
         return Err(RepairError::NothingLeft { removed });
     }
+    report.zero_areas = replace_zero_area(mesh, &mut report.face_of, 0);
     Ok(report)
 }

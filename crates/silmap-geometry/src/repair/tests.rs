@@ -178,6 +178,95 @@ fn a_moebius_strip_is_refused() {
     ));
 }
 
+/// A box with a vertex on an edge, and beside it faces without area: `chain` vertices on the edge, which one after the
+/// other are cut off as an ear from the polygon they form with its ends.
+fn box_with_a_flat_seam(chain: u32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
+    add_box(&mut mesh, 0.0, 64.0);
+    // The edge from (0, 0, 0) to (64, 0, 0), with faces [0, 4, 5, 1] below and [0, 1, 5] ... beside it.
+    let place = mesh
+        .faces
+        .iter()
+        .position(|f| f.contains(&0) && f.contains(&1) && f.contains(&5));
+    let face = mesh.faces[place.unwrap()];
+    let k = (0..3).find(|&k| !matches!(face[k], 0 | 1)).unwrap();
+    let [far, from, to] = [0, 1, 2].map(|i| face[(k + i) % 3]);
+    let first = mesh.positions.len() as u32;
+    let side = |v: u32| mesh.positions[v as usize];
+    let (a, b) = (side(from), side(to));
+    let inner: Vec<u32> = (0..chain).map(|i| first + i).collect();
+    for i in 0..chain {
+        let share = f64::from(i + 1) / f64::from(chain + 1);
+        mesh.positions.push(a + (b - a) * share);
+    }
+    mesh.positions[first as usize..]
+        .iter_mut()
+        .for_each(|p| *p = p.round());
+    let rim: Vec<u32> = [&[from], &inner[..], &[to]].concat();
+    mesh.faces.remove(place.unwrap());
+    for pair in rim.windows(2) {
+        mesh.faces.push([far, pair[0], pair[1]]);
+    }
+    // Between the straight edge and the chain: a fan from its first vertex.
+    for pair in rim[1..].windows(2) {
+        mesh.faces.push([from, pair[1], pair[0]]);
+    }
+    mesh
+}
+
+#[test]
+fn faces_without_area_are_removed_and_nothing_moves() {
+    for chain in [1, 2, 3, 7] {
+        let before = box_with_a_flat_seam(chain);
+        let defects = MeshDefects::of(&before).unwrap();
+        let count = chain as usize;
+        assert!(
+            matches!(defects.kinds(), [Defect::ZeroArea { count: c, .. }] if *c == count),
+            "{defects}"
+        );
+        let (after, report) = repaired(before.clone());
+        assert_eq!(report.zero_areas, count);
+        assert_eq!(after.positions, before.positions);
+        assert_eq!(after.faces.len(), before.faces.len());
+        let closed = ClosedMesh::try_from(after).unwrap();
+        assert_eq!(closed.mesh().volume(), 64.0_f64.powi(3));
+    }
+}
+
+#[test]
+fn the_halves_of_a_face_keep_its_looks() {
+    let mut before = box_with_a_flat_seam(1);
+    let line = before.faces.len() - 1;
+    // Everything is painted by where it is, but for the face that nobody sees.
+    let paint = |mesh: &TriangleMesh, f: usize| mesh.corners(f).map(|p| p.as_vec3().to_array());
+    before.appearance.corner_colours = (0..=line).map(|f| paint(&before, f)).collect();
+    before.appearance.corner_colours[line] = [[-1.0; 3]; 3];
+    before.appearance.face_materials = (0..=line as u16).collect();
+    let (after, report) = repaired(before);
+    let beyond = report.face_of[line] as usize;
+    assert!(beyond != line && report.face_of[beyond] as usize == beyond);
+    assert_eq!(after.appearance.face_materials[line], beyond as u16);
+    for f in 0..=line {
+        assert_eq!(
+            after.appearance.corner_colours[f],
+            paint(&after, f),
+            "face {f}"
+        );
+    }
+}
+
+#[test]
+fn a_face_without_area_at_a_free_edge_stays() {
+    let mut open = box_with_a_flat_seam(1);
+    let line = open.faces.len() - 1;
+    let [a, b, _] = open.faces[line];
+    let beyond = (0..line).find(|&f| open.faces[f].contains(&a) && open.faces[f].contains(&b));
+    open.faces.remove(beyond.unwrap());
+    let (after, report) = repaired(open);
+    assert_eq!(report.zero_areas, 0);
+    assert!(MeshDefects::of(&after).unwrap().is_open());
+}
+
 #[test]
 fn nothing_but_degenerate_faces_is_refused() {
     let mut empty = mesh(&CORNERS, &[[0, 0, 1], [2, 3, 2]]);
@@ -309,13 +398,16 @@ proptest! {
         prop_assert_eq!(report.vertex_of.len(), soup.positions.len());
         prop_assert_eq!(report.face_of.len(), soup.faces.len());
         if let Some(defects) = MeshDefects::of(&soup) {
-            prop_assert!(!defects.is_repairable(), "{}", defects);
+            // Faces without area stay where no edge can be turned for them.
+            let is_left = |d: &Defect| matches!(d, Defect::ZeroArea { .. } | Defect::NoVolume
+                | Defect::Boundary { .. } | Defect::Inward { .. });
+            prop_assert!(defects.kinds().iter().all(is_left), "{}", defects);
         }
         let report = close_holes(&mut soup);
         prop_assert_eq!(report.vertex_of.len(), soup.positions.len());
         turn_outward(&mut soup);
         if let Err(defects) = ClosedMesh::try_from(soup) {
-            let is_flat = |d: &Defect| matches!(d, Defect::NoVolume | Defect::Inward { .. });
+            let is_flat = |d: &Defect| matches!(d, Defect::NoVolume | Defect::Inward { .. } | Defect::ZeroArea { .. });
             prop_assert!(defects.kinds().iter().all(is_flat), "{}", defects);
         }
     }

@@ -189,9 +189,13 @@ fn close(raw: RawMesh, options: &LoadOptions) -> Result<(ClosedMesh, Vec<PrepWar
         warnings.extend(report.changes().map(|what| PrepWarning::Repaired { what }));
     }
     if options.close_holes {
+        let first_fill = mesh.faces.len();
         let report = holes::close_holes(&mut mesh);
         vertex_of = through(&report.vertex_of, &vertex_of);
         warnings.extend(report.changes().map(|what| PrepWarning::Repaired { what }));
+        // A slit is filled with faces on a line.
+        let first = if options.repair { 0 } else { first_fill };
+        repair::replace_zero_area(&mut mesh, &mut face_of, first);
     }
     let turned = repair::turn_outward(&mut mesh);
     if turned > 0 {

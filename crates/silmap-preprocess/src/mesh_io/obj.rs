@@ -8,7 +8,6 @@
 use std::path::Path;
 
 use glam::DVec3;
-use silmap_geometry::lighting::linear_from_srgb;
 
 use super::error::{LineFault, MeshFault, excerpt};
 use super::mtl::MaterialLibrary;
@@ -223,37 +222,8 @@ impl Reader<'_> {
                 MeshFault::NoFaces
             });
         }
-        self.spread_colours();
+        self.raw.spread_vertex_colours(&self.colours);
         Ok(self.raw.finish())
-    }
-
-    /// Vertex colours are sRGB from 0 to 1, or to 255 where a file says so by a larger number.
-    fn spread_colours(&mut self) {
-        if self.colours.iter().all(Option::is_none) {
-            return;
-        }
-        let largest = self
-            .colours
-            .iter()
-            .flatten()
-            .flatten()
-            .fold(0.0_f32, |a, &b| a.max(b));
-        let scale = if largest > 1.0 { 1.0 / 255.0 } else { 1.0 };
-        let linear: Vec<[f32; 3]> = self
-            .colours
-            .iter()
-            .map(|c| {
-                c.map_or([1.0; 3], |c| {
-                    c.map(|x| linear_from_srgb((x * scale).min(1.0)))
-                })
-            })
-            .collect();
-        let mesh = &mut self.raw.mesh;
-        mesh.appearance.corner_colours = mesh
-            .faces
-            .iter()
-            .map(|face| face.map(|v| linear[v as usize]))
-            .collect();
     }
 }
 

@@ -1,8 +1,8 @@
 //! OFF, the format of Geomview: `OFF`, the counts, one line a vertex, one line a face.
 //!
-//! Read by hand because no kept crate does. Comments, counts on the keyword's line, and colours or normals after the
-//! coordinates are understood; colours per face and the binary variant are not. Vertices count from 0,
-//! faces from 1.
+//! Read by hand because no kept crate does. Comments, counts on the keyword's line, and what the keyword announces after
+//! the coordinates are understood: normals, then colours (`COFF`), then texture coordinates, of which only colours are
+//! taken. Colours per face and the binary variant are not read. Vertices count from 0, faces from 1.
 
 use glam::DVec3;
 
@@ -23,7 +23,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
         .map(|(n, line)| (n, line.split('#').next().unwrap_or_default().trim()))
         .filter(|(_, line)| !line.is_empty());
     let (first_line, first) = lines.next().ok_or(MeshFault::NoVertices)?;
-    let after_keyword = after_keyword(first)?;
+    let (prefix, after_keyword) = split_keyword(first)?;
+    let colour_at = prefix
+        .contains('C')
+        .then_some(if prefix.contains('N') { 6 } else { 3 });
     let (_, counts) = if after_keyword.is_empty() {
         lines.next().ok_or(MeshFault::NoVertices)?
     } else {
@@ -46,8 +49,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     }
     let (vertex_lines, face_lines) = data.split_at(vertex_count as usize);
     let mut raw = RawMesh::counting_from(0);
+    let mut colours = Vec::new();
     for (vertex, &(number, line)) in (0..).zip(vertex_lines) {
         raw.mesh.positions.push(read_vertex(number, line, vertex)?);
+        if let Some(at) = colour_at {
+            let colour = three_numbers(line.split_whitespace().skip(at));
+            let is_known = |c: &[f64; 3]| c.iter().all(|x| x.is_finite() && *x >= 0.0);
+            colours.push(colour.filter(is_known).map(|c| c.map(|x| x as f32)));
+        }
     }
     let mut corners = Vec::new();
     for face in 0..face_count {
@@ -61,20 +70,25 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
             .map_err(|fault| MeshFault::at_line(number, fault))?;
         raw.push_polygon(&corners, PolygonLook::default());
     }
+    raw.spread_vertex_colours(&colours);
     Ok(raw.finish())
 }
 
-/// What follows the keyword on its line; everything when there is no keyword, which is allowed.
-fn after_keyword(line: &str) -> Result<&str, MeshFault> {
+/// What stands before `OFF` in the keyword, and what follows it on its line; everything when there is no keyword, which is
+/// allowed.
+fn split_keyword(line: &str) -> Result<(&str, &str), MeshFault> {
     let Some(at) = line.find("OFF") else {
         return if line.starts_with(|c: char| c.is_ascii_digit()) {
-            Ok(line)
+            Ok(("", line))
         } else {
             Err(MeshFault::Header(HeaderFault::Magic { expected: "OFF" }))
         };
     };
-    match &line[..at] {
-        "" | "C" | "N" | "ST" | "CN" | "STC" | "STN" | "STCN" => Ok(line[at + 3..].trim()),
+    let prefix = &line[..at];
+    match prefix {
+        "" | "C" | "N" | "ST" | "CN" | "STC" | "STN" | "STCN" => {
+            Ok((prefix, line[at + 3..].trim()))
+        }
         "4" | "n" | "4n" => Err(MeshFault::Header(HeaderFault::Unsupported {
             what: "OFF in other than three dimensions",
         })),

@@ -85,6 +85,34 @@ impl RawMesh {
         }
     }
 
+    /// Gives every corner the colour of its vertex; unknown ones are white. They are sRGB from 0 to 1, or to 255 where
+    /// a file says so by a larger number.
+    pub(super) fn spread_vertex_colours(&mut self, colours: &[Option<[f32; 3]>]) {
+        if colours.iter().all(Option::is_none) {
+            return;
+        }
+        let largest = colours
+            .iter()
+            .flatten()
+            .flatten()
+            .fold(0.0_f32, |a, &b| a.max(b));
+        let scale = if largest > 1.0 { 1.0 / 255.0 } else { 1.0 };
+        let linear: Vec<[f32; 3]> = colours
+            .iter()
+            .map(|c| {
+                c.map_or([1.0; 3], |c| {
+                    c.map(|x| lighting::linear_from_srgb((x * scale).min(1.0)))
+                })
+            })
+            .collect();
+        self.mesh.appearance.corner_colours = self
+            .mesh
+            .faces
+            .iter()
+            .map(|face| face.map(|v| linear[v as usize]))
+            .collect();
+    }
+
     /// Completes the looks of faces that have none while others do, and drops looks that cannot be seen.
     pub(super) fn finish(mut self) -> Self {
         let face_count = self.mesh.faces.len();

@@ -3,10 +3,15 @@
 //! Binary files are read by `stl_io`. ASCII is read here: that crate stops at the first of several solids, knows no line
 //! numbers and rounds to single precision. Which of the two a file is, is decided by its length and not by the word
 //! `solid`, which binary headers also begin with. Triangles count from 0.
+//!
+//! The two bytes after a binary triangle may hold its colour, five bits a channel, in one of two ways that contradict each
+//! other. Magics writes `COLOR=` and a colour for everything in the header; the highest bit then says "that colour", and
+//! red is lowest. Without it the highest bit says that there is a colour, and blue is lowest (VisCAM, SolidView).
 
 use std::io::Cursor;
 
 use glam::DVec3;
+use silmap_geometry::lighting::linear_from_srgb;
 
 use super::error::{LineFault, MeshFault, excerpt};
 use super::raw::{PolygonLook, RawMesh};
@@ -69,10 +74,12 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     let triangles = stl_io::create_stl_reader(&mut cursor)
         .map_err(|source| MeshFault::Unreadable { source })?;
     let mut raw = RawMesh::counting_from(0);
+    let colours = FaceColours::told_by(&bytes[..HEADER_BYTES - 4]);
     for triangle in triangles {
         let triangle = triangle.map_err(|source| MeshFault::Unreadable { source })?;
         let corners = triangle.vertices.map(|v| DVec3::from(v.0.map(f64::from)));
-        push_triangle(&mut raw, corners)?;
+        let colour = colours.of(raw.mesh.faces.len(), bytes);
+        push_triangle(&mut raw, corners, colour)?;
     }
     if found as u64 > claimed {
         raw.ignore(format!(
@@ -83,7 +90,44 @@ fn read_binary(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     Ok(raw.finish())
 }
 
-fn push_triangle(raw: &mut RawMesh, corners: [DVec3; 3]) -> Result<(), MeshFault> {
+/// How the two bytes after a triangle mean its colour.
+enum FaceColours {
+    /// The highest bit says that the other fifteen are a colour, red highest.
+    Viscam,
+    /// The highest bit says that the whole has one colour, this one (sRGB); else the others are a colour, red lowest.
+    Magics([u8; 3]),
+}
+
+impl FaceColours {
+    fn told_by(header: &[u8]) -> Self {
+        const WORD: &[u8] = b"COLOR=";
+        header
+            .windows(WORD.len() + 3)
+            .find_map(|w| w.strip_prefix(WORD)?.try_into().ok())
+            .map_or(Self::Viscam, Self::Magics)
+    }
+
+    /// Linear colour of a triangle, if it has one.
+    fn of(&self, triangle: usize, bytes: &[u8]) -> Option<[f32; 3]> {
+        let at = HEADER_BYTES + (triangle + 1) * TRIANGLE_BYTES - 2;
+        let field = u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?);
+        let five_bits = |low: u16| f32::from(field >> low & 31) / 31.0;
+        let has_highest = field >> 15 == 1;
+        let srgb = match (self, has_highest) {
+            (Self::Viscam, false) => return None,
+            (Self::Viscam, true) => [10, 5, 0].map(five_bits),
+            (Self::Magics(whole), true) => whole.map(|c| f32::from(c) / 255.0),
+            (Self::Magics(_), false) => [0, 5, 10].map(five_bits),
+        };
+        Some(srgb.map(linear_from_srgb))
+    }
+}
+
+fn push_triangle(
+    raw: &mut RawMesh,
+    corners: [DVec3; 3],
+    colour: Option<[f32; 3]>,
+) -> Result<(), MeshFault> {
     let first = u32::try_from(raw.mesh.positions.len()).map_err(|_| MeshFault::TooLarge)?;
     for (k, corner) in corners.into_iter().enumerate() {
         if !corner.is_finite() {
@@ -92,7 +136,12 @@ fn push_triangle(raw: &mut RawMesh, corners: [DVec3; 3]) -> Result<(), MeshFault
         }
         raw.mesh.positions.push(corner);
     }
-    raw.push_polygon(&[first, first + 1, first + 2], PolygonLook::default());
+    let colours = colour.map(|c| [c; 3]);
+    let look = PolygonLook {
+        colours: colours.as_ref().map(<[_; 3]>::as_slice),
+        ..PolygonLook::default()
+    };
+    raw.push_polygon(&[first, first + 1, first + 2], look);
     Ok(())
 }
 
@@ -137,7 +186,7 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
                     let fault = LineFault::TooFewCorners { corners };
                     return Err(MeshFault::at_line(number, fault));
                 };
-                push_triangle(&mut raw, [a, b, c])?;
+                push_triangle(&mut raw, [a, b, c], None)?;
                 is_in_loop = false;
             }
             _ => return Err(unexpected("a line of an ASCII STL file")),

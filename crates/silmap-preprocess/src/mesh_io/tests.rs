@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use glam::DVec3;
 use proptest::prelude::*;
 use silmap_geometry::Material;
+use silmap_geometry::lighting::linear_from_srgb;
 
 use super::*;
 
@@ -74,6 +75,142 @@ fn what_is_written_is_read_again() {
     }
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 6, "no part files are left");
+}
+
+#[test]
+fn vertex_colours_are_written_and_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    // Bytes of sRGB, which every format can hold.
+    let srgb = |v: u32| [v * 50, 255 - v * 30, 7].map(|c| c as f32 / 255.0);
+    let mut painted = pyramid();
+    painted.appearance.corner_colours = painted
+        .faces
+        .iter()
+        .map(|f| f.map(|v| srgb(v).map(linear_from_srgb)))
+        .collect();
+    for extension in ["obj", "ply", "off", "glb"] {
+        let path = folder.path().join(format!("painted.{extension}"));
+        write(&path, &painted).unwrap();
+        let loaded = load(&path, &LoadOptions::default()).unwrap();
+        let read = &loaded.mesh.mesh().appearance;
+        assert_eq!(read.corner_colours.len(), 6, "{extension}");
+        let off = read.corner_colours.as_flattened().as_flattened().iter();
+        let wanted = painted
+            .appearance
+            .corner_colours
+            .as_flattened()
+            .as_flattened();
+        let off = off
+            .zip(wanted)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f32::max);
+        assert!(off < 2e-5, "{extension}: {off}");
+    }
+}
+
+#[test]
+fn corners_of_different_colours_are_written_as_their_mean() {
+    let mut painted = pyramid();
+    painted.appearance.corner_colours = vec![[[0.25; 3]; 3]; 6];
+    painted.appearance.corner_colours[5][2] = [1.0; 3];
+    let colours = write::vertex_colours(&painted).unwrap();
+    assert_eq!(colours[3], [0.25; 3]);
+    assert_eq!(colours[4], [0.4375; 3]);
+    assert_eq!(write::vertex_colours(&pyramid()), None);
+}
+
+#[test]
+fn off_takes_the_colours_that_the_keyword_announces() {
+    let body = |more: [&str; 4]| {
+        format!(
+            "4 4 0\n0 0 0{}\n1 0 0{}\n0 1 0{}\n0 0 1{}\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
+            more[0], more[1], more[2], more[3]
+        )
+    };
+    let bytes = [
+        " 255 0 0 255",
+        " 0 255 0 255",
+        " 0 0 255 255",
+        " 255 255 255 255",
+    ];
+    let fractions = [" 1.0 0 0 1", " 0 1.0 0 1", " 0 0 1.0 1", " 1 1 1 1"];
+    let wanted = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
+    for (keyword, more) in [("COFF\n", bytes), ("COFF ", fractions)] {
+        let raw = read((keyword.to_owned() + &body(more)).as_bytes(), "off").unwrap();
+        assert_eq!(raw.mesh.appearance.corner_colours[0], wanted, "{keyword}");
+    }
+    let normals = fractions.map(|c| format!(" 0 0 1{c}"));
+    let text = "CNOFF\n".to_owned() + &body(normals.each_ref().map(String::as_str));
+    let raw = read(text.as_bytes(), "off").unwrap();
+    assert_eq!(raw.mesh.appearance.corner_colours[0], wanted);
+    // Nothing is announced, or nothing is there.
+    for text in [
+        "OFF\n".to_owned() + &body(bytes),
+        "COFF\n".to_owned() + &body([""; 4]),
+    ] {
+        let raw = read(text.as_bytes(), "off").unwrap();
+        assert!(raw.mesh.appearance.is_plain(), "{text}");
+    }
+}
+
+#[test]
+fn binary_stl_has_face_colours_in_two_ways() {
+    let plain = PYRAMID_FILES
+        .iter()
+        .find(|(e, _)| *e == "stl")
+        .unwrap()
+        .1
+        .clone();
+    assert!(read(&plain, "stl").unwrap().mesh.appearance.is_plain());
+    let with = |header: &[u8], fields: [u16; 2]| {
+        let mut bytes = plain.clone();
+        bytes[..80].fill(b' ');
+        bytes[..header.len()].copy_from_slice(header);
+        for (face, field) in fields.into_iter().enumerate() {
+            let at = 84 + 50 * (face + 1) - 2;
+            bytes[at..at + 2].copy_from_slice(&field.to_le_bytes());
+        }
+        let look = read(&bytes, "stl").unwrap().mesh.appearance;
+        [0, 1, 2].map(|f| look.corner_colours[f][0])
+    };
+    let (red, blue, white) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]);
+    assert_eq!(
+        with(b"", [0x8000 | 31 << 10, 31 << 10]),
+        [red, white, white]
+    );
+    let whole = b"made by hand COLOR=\xFF\xFF\xFF\xFF,MATERIAL=";
+    assert_eq!(with(whole, [31, 31 << 10])[..2], [red, blue]);
+    assert_eq!(with(whole, [0x8000, 31])[..2], [white, red]);
+}
+
+#[test]
+fn faces_on_a_line_are_named_and_removed_on_request() {
+    // A tetrahedron with a vertex on an edge, and a face that joins it to that edge.
+    let text = "OFF\n5 6 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0.5 0.5 0\n\
+                3 0 2 1\n3 0 1 3\n3 1 4 3\n3 4 2 3\n3 0 3 2\n3 1 2 4\n";
+    let close_with = |text: &str, repair, close_holes| {
+        let options = LoadOptions {
+            close_holes,
+            repair,
+        };
+        close(read(text.as_bytes(), "off").unwrap(), &options)
+    };
+    let fault = close_with(text, false, false).unwrap_err().to_string();
+    assert_eq!(
+        fault,
+        "face 6 has no area: its corners lie on one line (--repair may help)"
+    );
+    let (mesh, warnings) = close_with(text, true, false).unwrap();
+    assert_eq!(mesh.mesh().faces.len(), 6);
+    assert!((mesh.mesh().volume() - 1.0 / 6.0).abs() < 1e-15);
+    assert_eq!(
+        warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        ["1 face without area: removed by turning an edge"]
+    );
+    // Without that face there is a slit, which closing fills with one like it.
+    let slit = text.replace("5 6 0", "5 5 0").replace("3 1 2 4\n", "");
+    let (mesh, _) = close_with(&slit, false, true).unwrap();
+    assert!((mesh.mesh().volume() - 1.0 / 6.0).abs() < 1e-15);
 }
 
 #[test]

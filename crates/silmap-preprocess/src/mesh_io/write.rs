@@ -1,7 +1,9 @@
 //! Meshes into files.
 //!
 //! Positions are written with all their digits in OBJ and OFF, as double precision in PLY, and rounded to single
-//! precision in STL and GLB, which hold nothing else. Colours are not written. A file appears whole or not at all.
+//! precision in STL and GLB, which hold nothing else. Vertex colours go along but into STL, in sRGB, as fractions in OBJ
+//! and as bytes in PLY and OFF, and linear in GLB; where the corners at a vertex differ, it gets their mean. A file appears
+//! whole or not at all.
 
 use std::fs;
 use std::io::Write as _;
@@ -10,6 +12,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::json;
 use silmap_geometry::TriangleMesh;
+use silmap_geometry::lighting::srgb_from_linear;
 
 use super::error::{MeshFault, MeshIoError};
 
@@ -57,10 +60,43 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), MeshFault> {
     })
 }
 
+/// Linear colour of every vertex, where the mesh has such; white for vertices that no face uses.
+pub(super) fn vertex_colours(mesh: &TriangleMesh) -> Option<Vec<[f32; 3]>> {
+    let corner_colours = &mesh.appearance.corner_colours;
+    if corner_colours.is_empty() {
+        return None;
+    }
+    let mut sums = vec![([0.0_f64; 3], 0_u32); mesh.positions.len()];
+    for (face, colours) in mesh.faces.iter().zip(corner_colours) {
+        for (&v, colour) in face.iter().zip(colours) {
+            let (sum, count) = &mut sums[v as usize];
+            (0..3).for_each(|c| sum[c] += f64::from(colour[c]));
+            *count += 1;
+        }
+    }
+    let mean = |(sum, count): ([f64; 3], u32)| match count {
+        0 => [1.0; 3],
+        _ => sum.map(|s| (s / f64::from(count)) as f32),
+    };
+    Some(sums.into_iter().map(mean).collect())
+}
+
+/// A linear colour as sRGB bytes.
+fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
+    colour.map(|c| (srgb_from_linear(c) * 255.0).round() as u8)
+}
+
 fn obj(mesh: &TriangleMesh) -> String {
     let mut text = String::new();
-    for p in &mesh.positions {
-        text.push_str(&format!("v {} {} {}\n", p.x, p.y, p.z));
+    let colours = vertex_colours(mesh);
+    for (v, p) in mesh.positions.iter().enumerate() {
+        text.push_str(&format!("v {} {} {}", p.x, p.y, p.z));
+        if let Some(colours) = &colours {
+            // More than 1 would mean a scale to 255.
+            let [r, g, b] = colours[v].map(|c| srgb_from_linear(c).min(1.0));
+            text.push_str(&format!(" {r:.5} {g:.5} {b:.5}"));
+        }
+        text.push('\n');
     }
     for [a, b, c] in &mesh.faces {
         text.push_str(&format!("f {} {} {}\n", a + 1, b + 1, c + 1));
@@ -69,9 +105,20 @@ fn obj(mesh: &TriangleMesh) -> String {
 }
 
 fn off(mesh: &TriangleMesh) -> String {
-    let mut text = format!("OFF\n{} {} 0\n", mesh.positions.len(), mesh.faces.len());
-    for p in &mesh.positions {
-        text.push_str(&format!("{} {} {}\n", p.x, p.y, p.z));
+    let colours = vertex_colours(mesh);
+    let keyword = if colours.is_some() { "COFF" } else { "OFF" };
+    let mut text = format!(
+        "{keyword}\n{} {} 0\n",
+        mesh.positions.len(),
+        mesh.faces.len()
+    );
+    for (v, p) in mesh.positions.iter().enumerate() {
+        text.push_str(&format!("{} {} {}", p.x, p.y, p.z));
+        if let Some(colours) = &colours {
+            let [r, g, b] = srgb_bytes(colours[v]);
+            text.push_str(&format!(" {r} {g} {b} 255"));
+        }
+        text.push('\n');
     }
     for [a, b, c] in &mesh.faces {
         text.push_str(&format!("3 {a} {b} {c}\n"));
@@ -80,16 +127,24 @@ fn off(mesh: &TriangleMesh) -> String {
 }
 
 fn ply(mesh: &TriangleMesh) -> Vec<u8> {
+    let colours = vertex_colours(mesh);
+    let colour_properties = match colours {
+        Some(_) => "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+        None => "",
+    };
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n\
-         property double z\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+         property double z\n{colour_properties}element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.positions.len(),
         mesh.faces.len()
     )
     .into_bytes();
-    for p in &mesh.positions {
+    for (v, p) in mesh.positions.iter().enumerate() {
         for x in p.to_array() {
             bytes.extend(x.to_le_bytes());
+        }
+        if let Some(colours) = &colours {
+            bytes.extend(srgb_bytes(colours[v]));
         }
     }
     for face in &mesh.faces {
@@ -118,7 +173,7 @@ fn stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
     Ok(bytes)
 }
 
-/// One mesh with positions, normals and indices, and a plain material.
+/// One mesh with positions, normals, colours where there are some, and indices, and a plain material.
 fn glb(mesh: &TriangleMesh) -> Vec<u8> {
     const FLOAT: u32 = 5126;
     const UNSIGNED_INT: u32 = 5125;
@@ -134,6 +189,11 @@ fn glb(mesh: &TriangleMesh) -> Vec<u8> {
     let mut data: Vec<u8> = bytemuck::cast_slice(&positions).to_vec();
     data.extend_from_slice(bytemuck::cast_slice(&normals));
     data.extend_from_slice(bytemuck::cast_slice(&mesh.faces));
+    let index_end = data.len();
+    // Last, so that nothing else depends on whether there are any.
+    let colours = vertex_colours(mesh);
+    let colour_bytes = colours.as_deref().map_or(&[][..], bytemuck::cast_slice);
+    data.extend_from_slice(colour_bytes);
     let (vertex_count, face_count) = (mesh.positions.len(), mesh.faces.len());
     let ends = |pick: fn(f32, f32) -> f32| {
         let first = positions.first().copied().unwrap_or_default();
@@ -142,7 +202,7 @@ fn glb(mesh: &TriangleMesh) -> Vec<u8> {
             .fold(first, |m, p| [0, 1, 2].map(|k| pick(m[k], p[k])))
     };
     let vertex_bytes = vertex_count * 12;
-    let json = json!({
+    let mut json = json!({
         "asset": {"version": "2.0", "generator": "silmap"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
@@ -164,6 +224,22 @@ fn glb(mesh: &TriangleMesh) -> Vec<u8> {
             {"bufferView": 2, "componentType": UNSIGNED_INT, "count": face_count * 3, "type": "SCALAR"},
         ],
     });
+    if colours.is_some() {
+        json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(3);
+        let push = |list: &mut serde_json::Value, item| {
+            if let Some(list) = list.as_array_mut() {
+                list.push(item);
+            }
+        };
+        push(
+            &mut json["bufferViews"],
+            json!({"buffer": 0, "byteOffset": index_end, "byteLength": vertex_bytes, "target": VERTICES}),
+        );
+        push(
+            &mut json["accessors"],
+            json!({"bufferView": 3, "componentType": FLOAT, "count": vertex_count, "type": "VEC3"}),
+        );
+    }
     let mut json = json.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
     data.resize(data.len().next_multiple_of(4), 0);

@@ -5,7 +5,7 @@ use std::time::Instant;
 use anyhow::Context;
 use glam::Vec3;
 use serde::Serialize;
-use silmap_geometry::TriangleMesh;
+use silmap_geometry::{Appearance, Bvh, TriangleMesh};
 use silmap_preprocess::hull::{self, HullLevel, HullParams, VerifyParams};
 use silmap_preprocess::mesh_io;
 
@@ -42,7 +42,8 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         .watch(|monitor| hull::build(&model.mesh, &params, monitor))
         .with_context(named)?;
     // In single precision, as every format can hold it: what is verified is what is written.
-    let hull = in_single_precision(&sequence.level(params.target_faces as usize));
+    let level = sequence.level(params.target_faces as usize);
+    let hull = in_single_precision(&level, model.mesh.mesh());
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
         let (enclosed, enclosing) = if args.inner {
@@ -71,16 +72,26 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn in_single_precision(level: &HullLevel) -> TriangleMesh {
+/// The level as it is written, with the colours of the model's vertices where it has such.
+fn in_single_precision(level: &HullLevel, model: &TriangleMesh) -> TriangleMesh {
     let rounded = level.round().hull;
+    let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
+    let mut appearance = Appearance::default();
+    if !model.appearance.corner_colours.is_empty() {
+        let bvh = Bvh::new(model);
+        let colour = |&p: &[f32; 3]| {
+            let (_, face, weights) = bvh.closest_point(double(p));
+            let weights = weights.map(|w| w as f32);
+            model.appearance.albedo(face as usize, weights)
+        };
+        let colours: Vec<[f32; 3]> = rounded.surface_points.iter().map(colour).collect();
+        let of_corners = |face: &[u32; 3]| face.map(|v| colours[v as usize]);
+        appearance.corner_colours = rounded.faces.iter().map(of_corners).collect();
+    }
     TriangleMesh {
-        positions: rounded
-            .positions
-            .into_iter()
-            .map(|p| Vec3::from_array(p).as_dvec3())
-            .collect(),
+        appearance,
+        positions: rounded.positions.into_iter().map(double).collect(),
         faces: rounded.faces,
-        ..TriangleMesh::default()
     }
 }
 

@@ -18,7 +18,8 @@ struct Inspection<'a> {
     generator: &'a str,
     options: &'a str,
     /// Views kept and mean share of misclassified pixels, as the map was simplified.
-    error_curve: &'a [(u32, f64)],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_curve: Option<&'a [(u32, f64)]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     views: Option<Vec<ViewJson>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -120,7 +121,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
         bytes: sizes.total,
         generator: &record.generator,
         options: &record.options,
-        error_curve: &record.error_curve,
+        error_curve: full.then_some(&record.error_curve),
         views: full.then(|| {
             map.views
                 .iter()
@@ -175,6 +176,12 @@ fn describe(i: &Inspection<'_>) -> String {
     }
     for (k, [a, b, c]) in i.triangles.into_iter().flatten().enumerate() {
         text.push_str(&format!("triangle {k}  {a} {b} {c}\n"));
+    }
+    for (views, share) in i.error_curve.into_iter().flatten() {
+        text.push_str(&format!(
+            "with {views} views  {:.4} % of the pixels are misclassified\n",
+            100.0 * share
+        ));
     }
     text
 }
