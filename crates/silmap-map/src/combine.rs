@@ -16,6 +16,9 @@ use crate::side::{Interval, Side, insertion_sort};
 /// Coordinates are pixels here: this is about what contours are rounded to.
 const SLACK_PX: f64 = 0.05;
 
+/// Loops of a smaller area, in square pixels, are specks that thinned-out sides leave where they cross.
+const SPECK_PX2: f64 = 0.05;
+
 /// Buffers for combining three regions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CombineScratch {
@@ -34,7 +37,6 @@ pub(crate) struct CombineScratch {
 #[derive(Clone, Copy, Debug)]
 struct End {
     side: Side,
-    x: f64,
     is_enter: bool,
 }
 
@@ -68,7 +70,11 @@ impl CombineScratch {
         };
         self.connector.finish(slack, &mut self.loops);
         output.clear();
-        for points in self.loops.iter() {
+        for points in self
+            .loops
+            .iter()
+            .filter(|points| double_area(points).abs() > 2.0 * SPECK_PX2)
+        {
             for p in points {
                 output.push(p.truncate());
             }
@@ -203,7 +209,18 @@ impl CombineScratch {
     }
 
     fn push_slab(&mut self, (y_top, y_bottom): (f64, f64), n_covering: u32) {
-        find_crossings(&self.intervals, &mut self.splits);
+        self.ends.clear();
+        for interval in self.intervals.iter().flatten() {
+            for (side, is_enter) in [(interval.enter, true), (interval.exit, false)] {
+                self.ends.push(End { side, is_enter });
+            }
+        }
+        insertion_sort(&mut self.ends, |end| end.side.top.x);
+        // Sides that are in one order at both borders do not cross between them.
+        self.splits.clear();
+        if !self.ends.is_sorted_by_key(|end| end.side.bottom.x) {
+            find_crossings(&self.intervals, &mut self.splits);
+        }
         let (mut from, mut y_from) = (0.0, y_top);
         for k in 0..=self.splits.len() {
             let (to, y_to) = match self.splits.get(k) {
@@ -219,14 +236,7 @@ impl CombineScratch {
 
     /// Writes the intervals that enough regions cover at a share of the slab.
     fn cover(&mut self, share: f64, n_covering: u32) {
-        self.ends.clear();
-        for interval in self.intervals.iter().flatten() {
-            for (side, is_enter) in [(interval.enter, true), (interval.exit, false)] {
-                let x = side.at(share);
-                self.ends.push(End { side, x, is_enter });
-            }
-        }
-        insertion_sort(&mut self.ends, |end| end.x);
+        insertion_sort(&mut self.ends, |end| end.side.at(share));
         self.covered.clear();
         // Thinned-out loops may cross by the slack, so that a count may dip below none.
         let (mut n_here, n_covering) = (0, i64::from(n_covering));
@@ -239,7 +249,9 @@ impl CombineScratch {
                 }
             } else {
                 if n_here == n_covering
-                    && let Some(begun) = enter.take().filter(|e: &&End| e.x < end.x)
+                    && let Some(begun) = enter
+                        .take()
+                        .filter(|e: &&End| e.side.at(share) < end.side.at(share))
                 {
                     self.covered.push(Interval {
                         enter: begun.side,
@@ -250,6 +262,16 @@ impl CombineScratch {
             }
         }
     }
+}
+
+fn double_area(points: &[DVec3]) -> f64 {
+    let Some(&last) = points.last() else {
+        return 0.0;
+    };
+    let steps = std::iter::once(&last).chain(points).zip(points);
+    steps
+        .map(|(a, b)| a.truncate().perp_dot(b.truncate()))
+        .sum()
 }
 
 /// Appends the side that is, at each height, the one of three with the given rank from the left (0, 1 or 2) to `points`.

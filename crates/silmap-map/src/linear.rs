@@ -235,7 +235,7 @@ impl LinearScratch {
     /// Links the intervals of both views; false when the links are not the same all the way down.
     fn find_links(&mut self, (y_top, y_bottom): (f64, f64)) -> bool {
         let [one, two] = &mut self.spans;
-        for (k, share) in [0.5, 0.1, 0.9].into_iter().enumerate() {
+        for (k, share) in [0.1, 0.9].into_iter().enumerate() {
             let y = y_top + (y_bottom - y_top) * share;
             self.walkers[0].intervals_at(&self.chains[0], y, one);
             self.walkers[1].intervals_at(&self.chains[1], y, two);

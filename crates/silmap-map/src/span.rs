@@ -97,6 +97,29 @@ impl Pair {
         }
     }
 
+    /// The pair as one interval, when the same two sides bound it on the whole slab.
+    fn as_interval(&self) -> Option<Interval> {
+        let order = |a: &&Side, b: &&Side| a.top.x.total_cmp(&b.top.x);
+        let enter = self.enters.iter().max_by(order)?;
+        let exit = self.exits.iter().min_by(order)?;
+        let is_last = self.enters.iter().all(|s| s.bottom.x <= enter.bottom.x);
+        let is_first = self.exits.iter().all(|s| s.bottom.x >= exit.bottom.x);
+        let is_there = enter.top.x <= exit.top.x && enter.bottom.x <= exit.bottom.x;
+        (is_last && is_first && is_there).then_some(Interval {
+            enter: *enter,
+            exit: *exit,
+        })
+    }
+
+    /// Whether some side at which the pair must be entered lies beyond one where it must be left, on the whole slab.
+    fn is_nowhere(&self) -> bool {
+        self.enters.iter().any(|enter| {
+            let is_beyond =
+                |exit: &Side| enter.top.x >= exit.top.x && enter.bottom.x >= exit.bottom.x;
+            self.exits.iter().any(is_beyond)
+        })
+    }
+
     /// The sides that bound the pair at a share of the slab; `None` where nothing of it is allowed.
     fn at(&self, share: f64) -> Option<Interval> {
         let order = |a: &&Side, b: &&Side| a.at(share).total_cmp(&b.at(share));
@@ -157,20 +180,28 @@ impl SpanScratch {
             return;
         }
         self.pairs.clear();
+        self.intervals.clear();
         let (mut i0, mut j0) = (0, 0);
         let end = (one.len() as u32, two.len() as u32);
         for &(i1, j1) in rule.cuts.iter().chain(&[end]) {
             for i in &one[i0..i1 as usize] {
                 let in_clique = &two[j0..j1 as usize];
-                self.pairs.extend(
-                    in_clique
-                        .iter()
-                        .map(|j| Pair::new(i, j, alpha, rule.parallax)),
-                );
+                let pairs = in_clique
+                    .iter()
+                    .map(|j| Pair::new(i, j, alpha, rule.parallax));
+                self.pairs.extend(pairs.filter(|pair| !pair.is_nowhere()));
             }
             (i0, j0) = (i1 as usize, j1 as usize);
         }
-        self.push_pairs(heights, output);
+        self.intervals
+            .extend(self.pairs.iter().map_while(Pair::as_interval));
+        if self.intervals.len() < self.pairs.len() {
+            self.push_pairs(heights, output);
+        } else if are_disjoint(&self.intervals) {
+            output.push(heights, &self.intervals, (0.0, 1.0));
+        } else {
+            self.push_union(heights, (0.0, 1.0), output);
+        }
     }
 
     /// Adds the union of the intervals that `fill` writes to `output`: where sides cross, an interval is empty.
@@ -193,7 +224,12 @@ impl SpanScratch {
             let is_there = |i: &&Interval| i.enter.at(middle) < i.exit.at(middle);
             self.intervals.clear();
             self.intervals.extend(intervals.iter().filter(is_there));
-            self.push_union(heights, (from, to), output);
+            if are_disjoint(&self.intervals) {
+                let y_at = |share: f64| height_at(heights, share);
+                output.push((y_at(from), y_at(to)), &self.intervals, (from, to));
+            } else {
+                self.push_union(heights, (from, to), output);
+            }
             from = to;
         }
         self.given = intervals;
@@ -228,11 +264,7 @@ impl SpanScratch {
     /// Adds the union of `self.intervals` over a part of the slab to `output`, splitting it where the union's structure
     /// changes (where pants open).
     fn push_union(&mut self, heights: (f64, f64), (from, to): (f64, f64), output: &mut Connector) {
-        let y_at = |share: f64| match share {
-            0.0 => heights.0,
-            1.0 => heights.1,
-            _ => heights.0 + (heights.1 - heights.0) * share,
-        };
+        let y_at = |share: f64| height_at(heights, share);
         self.unite_at(0.5 * (from + to));
         if self.is_uniform((from, to)) {
             output.push((y_at(from), y_at(to)), &self.union, (from, to));
@@ -277,6 +309,23 @@ impl SpanScratch {
             }
         }
     }
+}
+
+/// The height at a share of a slab; exact at its borders.
+fn height_at(heights: (f64, f64), share: f64) -> f64 {
+    match share {
+        0.0 => heights.0,
+        1.0 => heights.1,
+        _ => heights.0 + (heights.1 - heights.0) * share,
+    }
+}
+
+/// Whether intervals follow each other from left to right on the whole slab.
+fn are_disjoint(intervals: &[Interval]) -> bool {
+    intervals.windows(2).all(|pair| {
+        let (exit, enter) = (pair[0].exit, pair[1].enter);
+        exit.top.x < enter.top.x && exit.bottom.x < enter.bottom.x
+    })
 }
 
 /// Whether the parts of the union that were found half-way are those of both borders too. May say no where they are, never
