@@ -15,9 +15,9 @@ use crate::side::{Interval, Touch};
 use crate::span::{Cuts, Limit, PairRule, Parallax, SpanScratch};
 use crate::tight::{self, GapShifts, Linked, Origin, Rim};
 
-/// Rectified coordinates are tangents: this is a twentieth of a pixel of a 512² capture, less than contours are rounded to in
-/// the file. It keeps the vertices of both views from adding up along straight stretches.
-const SLACK_TANGENT: f64 = 1.5e-4;
+/// Rectified coordinates are tangents: this is a seventh of a pixel of a 512² capture, less than contours are simplified by.
+/// It keeps the vertices of both views from adding up along straight stretches.
+const SLACK_TANGENT: f64 = 2e-4;
 
 /// Disparities do not move anything by more than themselves, and mostly by a small part.
 const SLACK_DISPARITY: f64 = 10.0 * SLACK_TANGENT;

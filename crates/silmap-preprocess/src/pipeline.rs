@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
-use silmap_geometry::{Camera, CameraError, ClosedMesh, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_geometry::{Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
     Asset, AssetError, BuildRecord, CapturedView, CoarseHull, SilhouetteMap, TextureSet,
     ViewContour, asset,
@@ -151,7 +151,7 @@ pub fn build(
         capture(model, &cameras, &params.capture, monitor)
     })?;
     let views = timed(&mut seconds.contours, || {
-        captured_views(&cameras, &masks, params, monitor)
+        captured_views(model, &tree, (&cameras, &masks), params, monitor)
     })?;
     let dense = dense_map::build(
         views,
@@ -165,13 +165,10 @@ pub fn build(
     )?;
 
     // Views that their neighbours predict well go.
-    let (mut map, map_report) = timed(&mut seconds.map, || {
+    let (map, map_report) = timed(&mut seconds.map, || {
         simplify(&dense, &masks, &params.map, monitor)
     })?;
     drop(masks);
-    timed(&mut seconds.contours, || {
-        record_depths(&mut map, &tree, model, monitor)
-    })?;
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
@@ -201,66 +198,47 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Traces and simplifies the outline of every mask.
+/// Half a pixel more for conservative contours: they are pixel squares that lie outside the model's outline, and within the
+/// tolerance of these squares a slanted outline cannot leave their steps.
+const OUTWARD_TOLERANCE_PX: f64 = 0.5;
+
+/// Traces and simplifies the outline of every mask, and finds how deep the contour generator lies at its vertices.
 fn captured_views(
-    cameras: &[Camera],
-    masks: &[Mask],
+    model: &ClosedMesh,
+    tree: &Bvh,
+    (cameras, masks): (&[Camera], &[Mask]),
     params: &BuildParams,
     monitor: &Monitor<'_>,
 ) -> Result<Vec<CapturedView>, BuildError> {
+    // What is captured conservatively must stay so.
+    let outward_only = params.capture.coverage == CoverageRule::Any;
+    let more_px = if outward_only {
+        OUTWARD_TOLERANCE_PX
+    } else {
+        0.0
+    };
     let simplification = SimplifyContourParams {
-        tolerance_px: params.tolerance_px,
-        // What is captured conservatively must stay so.
-        outward_only: params.capture.coverage == CoverageRule::Any,
+        tolerance_px: params.tolerance_px + more_px,
+        outward_only,
     };
     monitor.start(Stage::Contours, cameras.len() as u64);
-    let views = (0..cameras.len())
-        .into_par_iter()
-        .map(|view| {
+    let views = (cameras.par_iter().zip(masks).enumerate())
+        .map(|(view, (&camera, mask))| {
             monitor.check()?;
-            let loops = simplify_contours(&trace_contours(&masks[view]), &simplification);
+            let loops = simplify_contours(&trace_contours(mask), &simplification);
             if loops.is_empty() {
                 return Err(BuildError::NothingSeen { view: view as u32 });
             }
+            let depths = tangent_depths(tree, model.bounds(), &camera, &loops);
+            let contours = (loops.into_iter().zip(depths))
+                .map(|(points, depths)| ViewContour { points, depths })
+                .collect();
             monitor.advance(Stage::Contours, 1);
-            let contours = loops.into_iter().map(without_depths).collect();
-            Ok(CapturedView {
-                camera: cameras[view],
-                contours,
-            })
+            Ok(CapturedView { camera, contours })
         })
         .collect::<Result<_, _>>()?;
     monitor.finish(Stage::Contours);
     Ok(views)
-}
-
-fn without_depths(points: Loop) -> ViewContour {
-    ViewContour {
-        points,
-        depths: Vec::new(),
-    }
-}
-
-/// Finds the depth of the contour generator at every contour vertex.
-fn record_depths(
-    map: &mut SilhouetteMap,
-    tree: &Bvh,
-    model: &ClosedMesh,
-    monitor: &Monitor<'_>,
-) -> Result<(), Interrupted> {
-    monitor.start(Stage::Contours, map.views.len() as u64);
-    map.views.par_iter_mut().try_for_each(|view| {
-        monitor.check()?;
-        let loops: Vec<Loop> = view.contours.iter().map(|c| c.points.clone()).collect();
-        let depths = tangent_depths(tree, model.bounds(), &view.camera, &loops);
-        for (contour, depths) in view.contours.iter_mut().zip(depths) {
-            contour.depths = depths;
-        }
-        monitor.advance(Stage::Contours, 1);
-        Ok(())
-    })?;
-    monitor.finish(Stage::Contours);
-    Ok(())
 }
 
 /// Targets that were not reached.

@@ -15,6 +15,8 @@ pub enum Stage {
     Contours,
     /// Choosing the views to keep.
     Map,
+    /// Moving those that were kept.
+    Refine,
     /// Collapsing the mesh to the coarse hull.
     Hull,
     /// Taking texture pictures and the atlas.

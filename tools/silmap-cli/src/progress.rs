@@ -86,6 +86,7 @@ fn stage_sentence(stage: Stage) -> &'static str {
         Stage::Capture => "capturing silhouettes",
         Stage::Contours => "tracing contours",
         Stage::Map => "choosing views",
+        Stage::Refine => "moving views",
         Stage::Hull => "growing the hull",
         Stage::Textures => "taking textures",
         Stage::Write => "writing",

@@ -15,6 +15,19 @@ pub(super) struct Collapse {
     pub(super) onto: u32,
 }
 
+/// Some triangles that others take the place of, with the same border.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Patch {
+    /// Numbers of the triangles that go.
+    old: Vec<u32>,
+    /// The triangles that come, as many.
+    pub(super) new: Vec<[u32; 3]>,
+    /// The removed views whose prediction changes.
+    pub(super) views: Vec<u32>,
+    /// The removed view that is kept from now on.
+    pub(super) kept: Option<u32>,
+}
+
 /// A triangle's volume with the center must stay above this share of the product of its arms: below, a ray from the
 /// center meets it at a grazing angle and rounding decides.
 const MIN_VOLUME_SHARE: f64 = 1e-6;
@@ -149,6 +162,113 @@ impl SimplifiedPolytope {
         views.push(view);
         views.sort_unstable();
         views
+    }
+
+    /// The views that are left, ascending.
+    pub(super) fn kept(&self) -> Vec<u32> {
+        (0..self.stars.len() as u32)
+            .filter(|&v| !self.stars[v as usize].is_empty())
+            .collect()
+    }
+
+    /// The edges, each once, in a fixed order.
+    pub(super) fn edges(&self) -> Vec<[u32; 2]> {
+        let both = self.collapses().map(|c| [c.removed, c.onto]);
+        both.filter(|[a, b]| a < b).collect()
+    }
+
+    fn is_star_shaped(&self, triangle: [u32; 3]) -> bool {
+        let [a, b, c] = triangle.map(|v| self.arms[v as usize]);
+        a.dot(b.cross(c)) > MIN_VOLUME_SHARE * a.length() * b.length() * c.length()
+    }
+
+    /// The edge turned in the quadrangle of its two triangles; `None` where that leaves no polytope.
+    pub(super) fn flip(&self, [a, b]: [u32; 2]) -> Option<Patch> {
+        let directed = |from: u32, to: u32| {
+            self.star(from).find_map(|(t, triangle)| {
+                let k = triangle.iter().position(|&v| v == from)?;
+                (triangle[(k + 1) % 3] == to).then_some((t, triangle[(k + 2) % 3]))
+            })
+        };
+        let ((left, c), (right, d)) = (directed(a, b)?, directed(b, a)?);
+        let new = vec![[a, d, c], [d, b, c]];
+        let is_allowed = c != d
+            && !self.is_edge(Collapse {
+                removed: c,
+                onto: d,
+            })
+            && new.iter().all(|&t| self.is_star_shaped(t))
+            && self.is_rectifiable(c, d);
+        is_allowed.then(|| Patch {
+            views: self.members_of(&[left, right]),
+            old: vec![left, right],
+            new,
+            kept: None,
+        })
+    }
+
+    /// Removed views whose eyes some triangles face, ascending.
+    fn members_of(&self, triangles: &[u32]) -> Vec<u32> {
+        let members = triangles.iter().flat_map(|&t| &self.members[t as usize]);
+        let mut views: Vec<u32> = members.copied().collect();
+        views.sort_unstable();
+        views
+    }
+
+    /// At most `count` removed views in the triangles around `view`, the nearest to the middle of its neighbours first.
+    pub(super) fn views_beside(&self, view: u32, count: usize) -> Vec<u32> {
+        let middle: DVec3 = (self.neighbours(view).iter())
+            .map(|&v| self.arms[v as usize].normalize_or_zero())
+            .sum();
+        let mut views = self.members_of(&self.stars[view as usize]);
+        let nearness = |v: &u32| self.arms[*v as usize].normalize_or_zero().dot(middle);
+        views.sort_by(|a, b| nearness(b).total_cmp(&nearness(a)).then(a.cmp(b)));
+        views.truncate(count);
+        views
+    }
+
+    /// The triangles around `view` drawn to a removed view instead; `None` where that leaves no polytope.
+    pub(super) fn replacement(&self, view: u32, other: u32) -> Option<Patch> {
+        let old = self.stars[view as usize].clone();
+        let new: Vec<[u32; 3]> = self
+            .star(view)
+            .map(|(_, t)| t.map(|v| if v == view { other } else { v }))
+            .collect();
+        let is_allowed = new.iter().all(|&t| self.is_star_shaped(t))
+            && self
+                .neighbours(view)
+                .iter()
+                .all(|&v| self.is_rectifiable(other, v));
+        let mut views = self.members_of(&old);
+        views.retain(|&v| v != other);
+        views.push(view);
+        views.sort_unstable();
+        is_allowed.then_some(Patch {
+            old,
+            new,
+            views,
+            kept: Some(other),
+        })
+    }
+
+    /// Carries a patch out. `predictions` tell which of its new triangles each of its views lies in.
+    pub(super) fn apply_patch(&mut self, patch: &Patch, predictions: &[Prediction]) {
+        for (&t, &new) in patch.old.iter().zip(&patch.new) {
+            for v in self.triangles[t as usize]
+                .replace(new)
+                .into_iter()
+                .flatten()
+            {
+                self.stars[v as usize].retain(|&other| other != t);
+            }
+            for v in new {
+                self.stars[v as usize].push(t);
+            }
+            self.members[t as usize].clear();
+        }
+        for p in predictions {
+            self.members[patch.old[p.triangle] as usize].push(p.view);
+        }
     }
 
     /// Carries a collapse out. `predictions` tell which of the new triangles (in the order of

@@ -1,0 +1,142 @@
+//! Moving the views that are left: edge flips, and views replaced by removed ones beside them.
+//!
+//! Source: beyond the paper. A greedy sequence of collapses never takes a choice back. Once it has ended, an edge between two
+//! triangles may be turned, and a kept view may give its place to a removed one whose eye its triangles face; both are done
+//! where they lower the sum of errors over all original views.
+
+use rayon::prelude::*;
+
+use super::Simplification;
+use super::polytope::Patch;
+use super::predict::Prediction;
+use crate::progress::{Interrupted, Monitor, Stage};
+
+/// Most rounds over all edges and views.
+const ROUNDS: usize = 4;
+/// A round that lowers the error by a smaller share is the last.
+const LEAST_GAIN: f64 = 0.005;
+/// Removed views that are tried in the place of a kept one: those nearest to the middle of its triangles.
+const REPLACEMENTS: usize = 6;
+/// Changes that gain less than this, as a share of one view's inside, are rounding.
+const LEAST_COST: f64 = 1e-9;
+
+/// A patch and what it would change.
+struct Tried {
+    patch: Patch,
+    predictions: Vec<Prediction>,
+    cost: f64,
+}
+
+impl Simplification<'_> {
+    /// Lowers the error without changing the number of views.
+    pub(super) fn refine(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
+        let kept = self.polytope.kept();
+        monitor.start(Stage::Refine, (ROUNDS * kept.len()) as u64);
+        for _ in 0..ROUNDS {
+            let before = self.error_sum;
+            self.flip_edges(monitor)?;
+            for view in self.polytope.kept() {
+                monitor.check()?;
+                self.replace(view);
+                monitor.advance(Stage::Refine, 1);
+            }
+            if self.error_sum > before * (1.0 - LEAST_GAIN) {
+                break;
+            }
+        }
+        self.flip_edges(monitor)?;
+        monitor.finish(Stage::Refine);
+        Ok(())
+    }
+
+    /// Turns every edge that is better turned, the best first.
+    fn flip_edges(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
+        monitor.check()?;
+        let edges = self.polytope.edges();
+        let mut gains: Vec<(f64, [u32; 2])> = self
+            .try_all(&edges, |work, &edge| work.polytope.flip(edge))
+            .into_iter()
+            .zip(&edges)
+            .filter_map(|(tried, &edge)| Some((tried?.cost, edge)))
+            .filter(|(cost, _)| *cost < -LEAST_COST)
+            .collect();
+        gains.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (_, edge) in gains {
+            // An edge turned before may have changed what this one gains.
+            let tried = self.try_all(&[edge], |work, &edge| work.polytope.flip(edge));
+            if let Some(tried) = tried.into_iter().flatten().next()
+                && tried.cost < -LEAST_COST
+            {
+                self.apply_patch(&tried);
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the place of `view` to the removed view beside it that lowers the error most.
+    fn replace(&mut self, view: u32) {
+        let others = self.polytope.views_beside(view, REPLACEMENTS);
+        let tried = self.try_all(&others, |work, &other| {
+            work.polytope.replacement(view, other)
+        });
+        let best = (tried.into_iter().flatten()).min_by(|a, b| a.cost.total_cmp(&b.cost));
+        if let Some(best) = best.filter(|tried| tried.cost < -LEAST_COST) {
+            self.apply_patch(&best);
+        }
+    }
+
+    /// Evaluates a patch for each item; `None` where it is not allowed.
+    fn try_all<T: Sync>(
+        &mut self,
+        items: &[T],
+        patch: impl Fn(&Self, &T) -> Option<Patch> + Sync,
+    ) -> Vec<Option<Tried>> {
+        let work = &*self;
+        let tried: Vec<Option<Tried>> = items
+            .par_iter()
+            .map_init(
+                || work.predictor.scratch(),
+                |scratch, item| {
+                    let patch = patch(work, item)?;
+                    let mut predictions = Vec::with_capacity(patch.views.len());
+                    for &view in &patch.views {
+                        predictions.push(work.predictor.predict(
+                            view,
+                            &patch.new,
+                            &work.known,
+                            scratch,
+                        )?);
+                    }
+                    let change = predictions
+                        .iter()
+                        .map(|p| p.error - work.errors[p.view as usize]);
+                    let gained = patch.kept.map_or(0.0, |v| work.errors[v as usize]);
+                    let cost = change.sum::<f64>() - gained;
+                    Some(Tried {
+                        patch,
+                        predictions,
+                        cost,
+                    })
+                },
+            )
+            .collect();
+        for p in tried.iter().flatten().flat_map(|t| &t.predictions) {
+            if self.known.insert((p.view, p.views), p.error).is_none() {
+                self.report.predictions += 1;
+            }
+        }
+        tried
+    }
+
+    fn apply_patch(&mut self, tried: &Tried) {
+        for p in &tried.predictions {
+            self.error_sum += p.error - self.errors[p.view as usize];
+            self.errors[p.view as usize] = p.error;
+        }
+        if let Some(kept) = tried.patch.kept {
+            self.error_sum -= self.errors[kept as usize];
+            self.errors[kept as usize] = 0.0;
+        }
+        self.polytope.apply_patch(&tried.patch, &tried.predictions);
+    }
+}
