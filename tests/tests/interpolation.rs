@@ -94,7 +94,11 @@ fn captured_viewpoints_give_the_captured_outline() {
         );
         let beside = misclassified_at_views(&map, &masks, 1e-7, method);
         // Where a strand covers a gap whose sides are seen apart, links differ: rims behind it are in no contour.
-        let allowed = if method == Method::Tight { 0.005 } else { 0.001 };
+        let allowed = if method == Method::Tight {
+            0.005
+        } else {
+            0.001
+        };
         assert!(
             beside < allowed,
             "{method:?} beside the captured viewpoints: {beside}"
