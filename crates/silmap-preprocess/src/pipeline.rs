@@ -307,9 +307,10 @@ fn options_text(params: &BuildParams) -> String {
         CoverageRule::Any => "any",
     };
     format!(
-        "--views {} {goal} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
+        "--views {} {goal} --method {} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
          --texture-views {} --texture-size {}",
         params.views,
+        params.map.method.name(),
         params.resolution_px,
         params.tolerance_px,
         params.view_radius_rel,

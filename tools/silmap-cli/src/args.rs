@@ -191,6 +191,9 @@ pub(crate) struct BuildArgs {
     /// Keep as few views as hold this mean share of misclassified pixels, such as 0.5%
     #[arg(long, value_name = "SHARE", value_parser = parse_share)]
     pub(crate) max_error: Option<Share>,
+    /// The method whose error decides which views to keep; all methods can be used on the asset
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
+    pub(crate) method: MethodArg,
     /// Side of the captured pictures in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub(crate) resolution: u32,

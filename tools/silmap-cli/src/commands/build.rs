@@ -162,6 +162,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
     };
     params.map.keep = args.keep.unwrap_or(params.map.keep).min(args.views);
     params.map.max_error = args.max_error.map(|share| share.0);
+    params.map.method = args.method.into();
     params.hull.target_faces = args.faces;
     params.textures.views = args.texture_views;
     params.textures.size_px = args.texture_size;
@@ -173,6 +174,8 @@ mod tests {
     use clap::Parser;
 
     use super::*;
+    use silmap_map::Method;
+
     use crate::args::{Cli, Command};
 
     fn params_of(options: &[&str]) -> BuildParams {
@@ -198,6 +201,7 @@ mod tests {
                 (|p: &BuildParams| p.views == 99) as fn(&BuildParams) -> bool,
             ),
             ("--keep 50", |p| p.map.keep == 50),
+            ("--method tight", |p| p.map.method == Method::Tight),
             ("--max-error 0.5%", |p| p.map.max_error == Some(0.005)),
             ("--resolution 64", |p| p.resolution_px == 64),
             ("--tolerance 1.5", |p| p.tolerance_px == 1.5),

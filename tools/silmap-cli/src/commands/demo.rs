@@ -15,6 +15,7 @@ use silmap_preprocess::evaluate::{
 };
 use silmap_preprocess::mesh_io::{self, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
+use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_report::{Picture, PictureRow, Report};
 use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
 
@@ -115,6 +116,10 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
 fn demo_params() -> BuildParams {
     BuildParams {
         views: VIEWS,
+        map: SimplifyMapParams {
+            method: Method::Tight,
+            ..SimplifyMapParams::default()
+        },
         ..BuildParams::default()
     }
 }
