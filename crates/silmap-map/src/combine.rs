@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::chains::{Chains, Strand, Walker};
 use crate::connect::{Connector, Slack};
-use crate::linear::{FEWEST_FOLLOWED, do_cross};
+use crate::follow::{FEWEST_FOLLOWED, do_cross};
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::side::{Interval, Side, insertion_sort};
 

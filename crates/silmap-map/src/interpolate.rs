@@ -12,11 +12,10 @@ use thiserror::Error;
 
 use crate::combine::CombineScratch;
 use crate::epipolar::{image_from_object, object_from_image};
-use crate::linear::{
-    LinearScratch, Pairing, Projection, Seen, object_from_epipolar, project_loops,
-};
+use crate::linear::{LinearScratch, Pairing, Seen, object_from_epipolar};
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::polytope::{Location, Polytope, PolytopeError};
+use crate::project::{Projection, project_loops};
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// How silhouettes are interpolated.

@@ -4,13 +4,14 @@
 //! connect them. Deviation: where either view has one interval, its sides are followed from vertex to vertex until a chain
 //! ends; only where there are several are spans visited slab by slab.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 
-use crate::chains::{Chains, Strand, Walker};
+use crate::chains::{Chains, Walker};
 use crate::clique::{GapMatching, GapTracks};
 use crate::connect::{Connector, Slack};
 use crate::epipolar::{EpipolarFrame, project};
-use crate::loops::{DeepLoops, FlatLoops};
+use crate::follow::{FEWEST_FOLLOWED, do_cross, follow_one, follow_pair};
+use crate::loops::DeepLoops;
 use crate::side::{Interval, Touch};
 use crate::span::{Cuts, Limit, PairRule, Parallax, SpanScratch};
 use crate::tight::{self, GapShifts, Linked, Origin, Rim};
@@ -21,9 +22,6 @@ const SLACK_TANGENT: f64 = 2e-4;
 
 /// Disparities do not move anything by more than themselves, and mostly by a small part.
 const SLACK_DISPARITY: f64 = 10.0 * SLACK_TANGENT;
-
-/// Parts with fewer vertices than this are visited slab by slab at once.
-pub(crate) const FEWEST_FOLLOWED: u32 = 12;
 
 /// How the ends of two spans are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -376,73 +374,6 @@ impl LinearScratch {
     }
 }
 
-/// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one. False where
-/// `rule` gives nothing.
-fn follow_pair(
-    (chains_one, chains_two): (&Chains, &Chains),
-    [mut one, mut two]: [Strand; 2],
-    (y_top, y_bottom): (f64, f64),
-    rule: impl Fn(Touch, Touch) -> Option<Touch>,
-    points: &mut Vec<DVec3>,
-) -> bool {
-    let mut y = y_top;
-    loop {
-        let Some(touch) = rule(one.at(y), two.at(y)) else {
-            return false;
-        };
-        points.push(DVec3::new(touch.x, y, touch.disparity));
-        if y >= y_bottom {
-            return true;
-        }
-        if one.next_y() <= y {
-            one.advance(chains_one, y);
-        }
-        if two.next_y() <= y {
-            two.advance(chains_two, y);
-        }
-        y = one.next_y().min(two.next_y()).min(y_bottom);
-    }
-}
-
-/// Appends one side of the first or second silhouette, seen `disparities` away, to `points`.
-fn follow_one(
-    chains: &Chains,
-    mut strand: Strand,
-    (y_top, y_bottom): (f64, f64),
-    disparities: f64,
-    points: &mut Vec<DVec3>,
-) -> bool {
-    let mut y = y_top;
-    loop {
-        let touch = tight::seen_from(strand.at(y), disparities);
-        points.push(DVec3::new(touch.x, y, touch.disparity));
-        if y >= y_bottom {
-            return true;
-        }
-        strand.advance(chains, y);
-        y = strand.next_y().min(y_bottom);
-    }
-}
-
-/// Whether two sides over the same heights meet: each vertex of one is compared with the other at its height.
-pub(crate) fn do_cross(left: &[DVec3], right: &[DVec3]) -> bool {
-    is_beyond(left, right, 1.0) || is_beyond(right, left, -1.0)
-}
-
-/// Whether a vertex of `line` lies beyond `other` in the direction of `sign`.
-fn is_beyond(line: &[DVec3], other: &[DVec3], sign: f64) -> bool {
-    let mut k = 0;
-    line.iter().any(|p| {
-        while k + 2 < other.len() && other[k + 1].y < p.y {
-            k += 1;
-        }
-        let (a, b) = (other[k], other[k + 1]);
-        // Compared without a division: the segment goes down.
-        let height = b.y - a.y;
-        sign * ((p.x - a.x) * height - (b.x - a.x) * (p.y - a.y)) > 0.0
-    })
-}
-
 /// How far a sphere about the center reaches, seen from a pair of viewpoints.
 #[derive(Clone, Copy, Debug)]
 struct SphereDepths {
@@ -527,53 +458,6 @@ fn rectify(
 pub(crate) fn object_from_epipolar(frame: &EpipolarFrame) -> DMat3 {
     DMat3::from_cols(frame.b, frame.u, frame.f)
 }
-
-/// A map from loops with inverse depths to an image: homogeneous image coordinates are `matrix`·(x, y, 1) + inverse depth · `shift`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Projection {
-    pub matrix: DMat3,
-    /// Zero for a map by the plane of some homography.
-    pub shift: DVec3,
-}
-
-/// Projects loops to image coordinates, cutting off what lies behind the camera.
-pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut FlatLoops) {
-    let project = |p: DVec3| to.matrix * DVec3::new(p.x, p.y, 1.0) + to.shift * p.z;
-    output.clear();
-    for points in loops.iter() {
-        let (least, most) = points
-            .iter()
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), p| {
-                let z = project(*p).z;
-                (low.min(z), high.max(z.abs()))
-            });
-        let near = NEAR_SHARE * most;
-        if least > near {
-            for &p in points {
-                let q = project(p);
-                output.push(DVec2::new(q.x, q.y) / q.z);
-            }
-            output.close();
-            continue;
-        }
-        let mut previous = project(points[points.len() - 1]);
-        for &p in points {
-            let q = project(p);
-            if (q.z > near) != (previous.z > near) {
-                let cut = previous.lerp(q, (near - previous.z) / (q.z - previous.z));
-                output.push(DVec2::new(cut.x, cut.y) / near);
-            }
-            if q.z > near {
-                output.push(DVec2::new(q.x, q.y) / q.z);
-            }
-            previous = q;
-        }
-        output.close();
-    }
-}
-
-/// Points nearer to the camera's plane than this share of the loop's farthest are cut off.
-const NEAR_SHARE: f64 = 1e-4;
 
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,6 @@
 use super::*;
+use crate::loops::FlatLoops;
+use glam::DVec2;
 use proptest::prelude::*;
 use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};
 use silmap_geometry::{Loop, Mask};

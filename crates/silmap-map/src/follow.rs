@@ -1,0 +1,77 @@
+//! Following the sides of silhouettes from vertex to vertex.
+
+use glam::DVec3;
+
+use crate::chains::{Chains, Strand};
+use crate::side::Touch;
+use crate::tight;
+
+/// Parts with fewer vertices than this are visited slab by slab at once.
+pub(crate) const FEWEST_FOLLOWED: u32 = 12;
+
+/// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one. False where
+/// `rule` gives nothing.
+pub(crate) fn follow_pair(
+    (chains_one, chains_two): (&Chains, &Chains),
+    [mut one, mut two]: [Strand; 2],
+    (y_top, y_bottom): (f64, f64),
+    rule: impl Fn(Touch, Touch) -> Option<Touch>,
+    points: &mut Vec<DVec3>,
+) -> bool {
+    let mut y = y_top;
+    loop {
+        let Some(touch) = rule(one.at(y), two.at(y)) else {
+            return false;
+        };
+        points.push(DVec3::new(touch.x, y, touch.disparity));
+        if y >= y_bottom {
+            return true;
+        }
+        if one.next_y() <= y {
+            one.advance(chains_one, y);
+        }
+        if two.next_y() <= y {
+            two.advance(chains_two, y);
+        }
+        y = one.next_y().min(two.next_y()).min(y_bottom);
+    }
+}
+
+/// Appends one side of the first or second silhouette, seen `disparities` away, to `points`.
+pub(crate) fn follow_one(
+    chains: &Chains,
+    mut strand: Strand,
+    (y_top, y_bottom): (f64, f64),
+    disparities: f64,
+    points: &mut Vec<DVec3>,
+) -> bool {
+    let mut y = y_top;
+    loop {
+        let touch = tight::seen_from(strand.at(y), disparities);
+        points.push(DVec3::new(touch.x, y, touch.disparity));
+        if y >= y_bottom {
+            return true;
+        }
+        strand.advance(chains, y);
+        y = strand.next_y().min(y_bottom);
+    }
+}
+
+/// Whether two sides over the same heights meet: each vertex of one is compared with the other at its height.
+pub(crate) fn do_cross(left: &[DVec3], right: &[DVec3]) -> bool {
+    is_beyond(left, right, 1.0) || is_beyond(right, left, -1.0)
+}
+
+/// Whether a vertex of `line` lies beyond `other` in the direction of `sign`.
+fn is_beyond(line: &[DVec3], other: &[DVec3], sign: f64) -> bool {
+    let mut k = 0;
+    line.iter().any(|p| {
+        while k + 2 < other.len() && other[k + 1].y < p.y {
+            k += 1;
+        }
+        let (a, b) = (other[k], other[k + 1]);
+        // Compared without a division: the segment goes down.
+        let height = b.y - a.y;
+        sign * ((p.x - a.x) * height - (b.x - a.x) * (p.y - a.y)) > 0.0
+    })
+}
