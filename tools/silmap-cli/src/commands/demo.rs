@@ -13,6 +13,7 @@ use silmap_map::{Asset, Method, asset};
 use silmap_preprocess::evaluate::{
     EvaluateParams, MethodErrors, ViewpointError, evaluate, summarise,
 };
+use silmap_preprocess::hull::HullParams;
 use silmap_preprocess::mesh_io::{self, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
@@ -32,6 +33,10 @@ use crate::progress::Progress;
 const MODEL_FACES: usize = 60_000;
 /// Captured views, fewer than by default to end sooner.
 const VIEWS: u32 = 640;
+/// Views that are kept, more than by default: eight arms hide each other from many sides.
+const KEEP: u32 = 192;
+/// Faces of the hull, more than by default for the same reason.
+const HULL_FACES: u32 = 1000;
 /// Test viewpoints for the errors.
 const TEST_VIEWPOINTS: u32 = 60;
 /// Side of the pictures, pixels.
@@ -117,8 +122,13 @@ fn demo_params() -> BuildParams {
     BuildParams {
         views: VIEWS,
         map: SimplifyMapParams {
+            keep: KEEP,
             method: Method::Tight,
             ..SimplifyMapParams::default()
+        },
+        hull: HullParams {
+            target_faces: HULL_FACES,
+            ..HullParams::default()
         },
         ..BuildParams::default()
     }
