@@ -19,13 +19,15 @@ pub(crate) struct Slack {
     pub depth: f64,
 }
 
-/// A run of points that is one side of a slab, from top to bottom.
+/// A run of points that is one side of some slabs. Left sides are walked upwards, right sides downwards.
 #[derive(Clone, Copy, Debug)]
 struct SideRun {
-    start: u32,
-    end: u32,
-    /// Left sides are walked upwards, right sides downwards.
+    /// Where the walk of the side begins and ends.
+    first: u32,
+    last: u32,
     is_left: bool,
+    /// The point above the lowest.
+    above: DVec3,
     /// The side whose walk follows.
     next: u32,
 }
@@ -41,6 +43,8 @@ struct End {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Connector {
     points: Vec<DVec3>,
+    /// Per point of a side that has another after it on the walk: that one.
+    following: Vec<u32>,
     sides: Vec<SideRun>,
     /// Lower ends of the last slab's sides, from left to right: left sides depart from there, right sides arrive.
     above: Vec<End>,
@@ -57,6 +61,7 @@ impl Connector {
     /// Forgets everything, keeping the storage.
     pub(crate) fn clear(&mut self) {
         self.points.clear();
+        self.following.clear();
         self.sides.clear();
         self.above.clear();
         self.bottom = f64::NEG_INFINITY;
@@ -87,12 +92,50 @@ impl Connector {
             x: self.points[end - 1].x,
             side,
         });
+        let is_left = self.below.len() % 2 == 1;
+        self.following.resize(self.points.len(), NONE);
+        let (top, bottom) = (start as u32, end as u32 - 1);
+        for upper in start..end - 1 {
+            if is_left {
+                self.following[upper + 1] = upper as u32;
+            } else {
+                self.following[upper] = upper as u32 + 1;
+            }
+        }
+        let (first, last) = if is_left {
+            (bottom, top)
+        } else {
+            (top, bottom)
+        };
         self.sides.push(SideRun {
-            start: start as u32,
-            end: end as u32,
-            is_left: self.below.len() % 2 == 1,
+            first,
+            last,
+            is_left,
+            above: self.points[end.saturating_sub(2).max(start)],
             next: NONE,
         });
+    }
+
+    /// Lets a side reach down to `point`; where it goes straight on, its lowest point moves there.
+    fn extend_side(&mut self, side: u32, point: DVec3) {
+        let side = &mut self.sides[side as usize];
+        let lowest = if side.is_left { side.first } else { side.last };
+        let reached = self.points[lowest as usize];
+        if is_straight(side.above, reached, point) {
+            self.points[lowest as usize] = point;
+            return;
+        }
+        side.above = reached;
+        let added = self.points.len() as u32;
+        self.points.push(point);
+        self.following.resize(self.points.len(), NONE);
+        if side.is_left {
+            self.following[added as usize] = side.first;
+            side.first = added;
+        } else {
+            self.following[side.last as usize] = added;
+            side.last = added;
+        }
     }
 
     /// Ends a slab, all sides of which reach down to `y_bottom`.
@@ -110,6 +153,21 @@ impl Connector {
         intervals: &[Interval],
         (from, to): (f64, f64),
     ) {
+        if self.is_continued(y_top, intervals, from) {
+            for k in 0..self.above.len() {
+                let interval = &intervals[k / 2];
+                let side = if k % 2 == 0 {
+                    interval.enter
+                } else {
+                    interval.exit
+                };
+                let point = deep_point(side, to, y_bottom);
+                self.above[k].x = point.x;
+                self.extend_side(self.above[k].side, point);
+            }
+            self.bottom = y_bottom;
+            return;
+        }
         self.begin_slab(y_top);
         for interval in intervals {
             for side in [interval.enter, interval.exit] {
@@ -120,6 +178,17 @@ impl Connector {
             }
         }
         self.end_slab(y_bottom);
+    }
+
+    /// Whether intervals begin just where those of the last slab ended.
+    fn is_continued(&self, y_top: f64, intervals: &[Interval], share: f64) -> bool {
+        self.bottom == y_top
+            && self.above.len() == 2 * intervals.len()
+            && self
+                .above
+                .chunks_exact(2)
+                .zip(intervals)
+                .all(|(ends, i)| ends[0].x == i.enter.at(share) && ends[1].x == i.exit.at(share))
     }
 
     /// Closes everything that is open on the current border.
@@ -172,11 +241,11 @@ impl Connector {
             let mut sleeve = Sleeve::new(slack, loops.open_loop());
             while self.sides[at].next != NONE {
                 let side = &mut self.sides[at];
-                let run = &self.points[side.start as usize..side.end as usize];
-                if side.is_left {
-                    run.iter().rev().for_each(|&p| sleeve.append(p));
-                } else {
-                    run.iter().for_each(|&p| sleeve.append(p));
+                let mut k = side.first;
+                sleeve.append(self.points[k as usize]);
+                while k != side.last {
+                    k = self.following[k as usize];
+                    sleeve.append(self.points[k as usize]);
                 }
                 at = std::mem::replace(&mut side.next, NONE) as usize;
             }
@@ -185,6 +254,14 @@ impl Connector {
         }
         self.clear();
     }
+}
+
+/// Whether `b`, at a height between `a` and `c`, lies on the line between them but for rounding.
+fn is_straight(a: DVec3, b: DVec3, c: DVec3) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let (ab, ac) = (b - a, c - a);
+    let is_on = |part: f64, whole: f64| (part * ac.y - whole * ab.y).abs() <= ROUNDING * ac.y;
+    is_on(ab.x, ac.x) && is_on(ab.z, ac.z)
 }
 
 /// Thins a polyline out as it comes: a point is dropped while one line from the last kept point passes all that were dropped.
@@ -201,8 +278,14 @@ struct Sleeve<'a> {
     /// Directions that bound the cone, in the order of turning.
     low: DVec2,
     high: DVec2,
-    least_slope: f64,
-    greatest_slope: f64,
+    /// The third coordinate's rise over the distance along the greater axis: bounds, as (rise, distance).
+    least: (f64, f64),
+    greatest: (f64, f64),
+}
+
+/// Whether one (rise, distance) is steeper than another.
+fn is_steeper(one: (f64, f64), two: (f64, f64)) -> bool {
+    one.0 * two.1 > two.0 * one.1
 }
 
 impl<'a> Sleeve<'a> {
@@ -214,8 +297,8 @@ impl<'a> Sleeve<'a> {
             last: DVec3::ZERO,
             low: DVec2::ZERO,
             high: DVec2::ZERO,
-            least_slope: 0.0,
-            greatest_slope: 0.0,
+            least: (0.0, 1.0),
+            greatest: (0.0, 1.0),
         }
     }
 
@@ -228,16 +311,17 @@ impl<'a> Sleeve<'a> {
             return;
         }
         let v = (point - anchor).truncate();
-        let distance = v.length();
+        let rise = point.z - anchor.z;
+        // The greater of the two coordinates stands for the length: at most a root of two too short.
+        let distance = v.abs().max_element();
         let is_open = self.low == DVec2::ZERO;
         if !is_open {
             let reached = (self.last - anchor).truncate();
-            let rise = point.z - anchor.z;
             let is_ahead = (v - reached).dot(reached) >= 0.0;
             let is_within = self.low.perp_dot(v) >= 0.0
                 && v.perp_dot(self.high) >= 0.0
-                && self.least_slope * distance <= rise
-                && rise <= self.greatest_slope * distance;
+                && !is_steeper(self.least, (rise, distance))
+                && !is_steeper((rise, distance), self.greatest);
             if !is_ahead || !is_within {
                 let last = self.last;
                 self.keep(last);
@@ -245,7 +329,7 @@ impl<'a> Sleeve<'a> {
                 return;
             }
         }
-        self.narrow(v, distance, point.z - anchor.z, is_open);
+        self.narrow(v, distance, rise, is_open);
         self.last = point;
     }
 
@@ -260,27 +344,23 @@ impl<'a> Sleeve<'a> {
 
     /// Narrows the cone to lines that pass the point at `v` from the anchor.
     fn narrow(&mut self, v: DVec2, distance: f64, rise: f64, is_open: bool) {
-        let inverse = 1.0 / distance;
         // Near the anchor the cone is left half a right angle to each side: wider, it would say nothing.
-        let across = v.perp() * (self.slack.line * inverse).min(1.0);
-        let (low, high) = (v - across, v + across);
-        let (least, greatest) = (
-            (rise - self.slack.depth) * inverse,
-            (rise + self.slack.depth) * inverse,
-        );
-        if is_open {
-            (self.low, self.high) = (low, high);
-            (self.least_slope, self.greatest_slope) = (least, greatest);
-            return;
-        }
-        if self.low.perp_dot(low) > 0.0 {
+        let across = v.perp() * (std::f64::consts::FRAC_1_SQRT_2 * self.slack.line).min(distance);
+        let (low, high) = (v * distance - across, v * distance + across);
+        let least = (rise - self.slack.depth, distance);
+        let greatest = (rise + self.slack.depth, distance);
+        if is_open || self.low.perp_dot(low) > 0.0 {
             self.low = low;
         }
-        if high.perp_dot(self.high) > 0.0 {
+        if is_open || high.perp_dot(self.high) > 0.0 {
             self.high = high;
         }
-        self.least_slope = self.least_slope.max(least);
-        self.greatest_slope = self.greatest_slope.min(greatest);
+        if is_open || is_steeper(least, self.least) {
+            self.least = least;
+        }
+        if is_open || is_steeper(self.greatest, greatest) {
+            self.greatest = greatest;
+        }
     }
 
     /// Ends the loop that starts at `first`.

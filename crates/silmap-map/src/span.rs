@@ -42,6 +42,19 @@ impl Parallax {
     }
 }
 
+impl Parallax {
+    /// Whether no points of two intervals have an allowed parallax, on the whole slab.
+    fn forbids(&self, i: &Interval, j: &Interval) -> bool {
+        let is_beyond = |a: Side, b: Side, limit: Limit| {
+            a.top.x - b.top.x >= limit.top && a.bottom.x - b.bottom.x >= limit.bottom
+        };
+        let is_short = |a: Side, b: Side, limit: Limit| {
+            a.top.x - b.top.x <= limit.top && a.bottom.x - b.bottom.x <= limit.bottom
+        };
+        is_beyond(i.enter, j.exit, self.greatest) || is_short(i.exit, j.enter, self.least)
+    }
+}
+
 /// The side moved by `factor` times a parallax, which is what its points are then taken to have.
 fn moved(side: Side, parallax: Limit, factor: f64) -> Side {
     let at = |t: Touch, disparity: f64| Touch {
@@ -185,22 +198,40 @@ impl SpanScratch {
         let end = (one.len() as u32, two.len() as u32);
         for &(i1, j1) in rule.cuts.iter().chain(&[end]) {
             for i in &one[i0..i1 as usize] {
-                let in_clique = &two[j0..j1 as usize];
-                let pairs = in_clique
-                    .iter()
-                    .map(|j| Pair::new(i, j, alpha, rule.parallax));
-                self.pairs.extend(pairs.filter(|pair| !pair.is_nowhere()));
+                for j in &two[j0..j1 as usize] {
+                    self.add_pair(i, j, alpha, rule.parallax);
+                }
             }
             (i0, j0) = (i1 as usize, j1 as usize);
         }
-        self.intervals
-            .extend(self.pairs.iter().map_while(Pair::as_interval));
-        if self.intervals.len() < self.pairs.len() {
+        if !self.pairs.is_empty() {
             self.push_pairs(heights, output);
         } else if are_disjoint(&self.intervals) {
             output.push(heights, &self.intervals, (0.0, 1.0));
         } else {
             self.push_union(heights, (0.0, 1.0), output);
+        }
+    }
+
+    /// Adds a pair of intervals: as one interval where the same sides bound it on the whole slab.
+    fn add_pair(&mut self, i: &Interval, j: &Interval, alpha: f64, parallax: Option<Parallax>) {
+        let Some(limits) =
+            parallax.filter(|p| !(p.allows(i.enter, j.enter) && p.allows(i.exit, j.exit)))
+        else {
+            self.intervals.push(Interval {
+                enter: i.enter.lerp(j.enter, alpha),
+                exit: i.exit.lerp(j.exit, alpha),
+            });
+            return;
+        };
+        if limits.forbids(i, j) {
+            return;
+        }
+        let pair = Pair::new(i, j, alpha, parallax);
+        if let Some(interval) = pair.as_interval() {
+            self.intervals.push(interval);
+        } else if !pair.is_nowhere() {
+            self.pairs.push(pair);
         }
     }
 
@@ -242,18 +273,19 @@ impl SpanScratch {
         self.kinks.dedup();
     }
 
-    /// Adds the union of the pairs to `output`, part by part where other sides begin to bound a pair.
+    /// Adds the union of the pairs and of `self.intervals` to `output`, part by part where other sides begin to bound a pair.
     fn push_pairs(&mut self, heights: (f64, f64), output: &mut Connector) {
         self.kinks.clear();
         for pair in &self.pairs {
             pair.find_kinks(&mut self.kinks);
         }
         self.sort_kinks();
+        let n_whole = self.intervals.len();
         let mut from = 0.0;
         for k in 0..self.kinks.len() {
             let to = self.kinks[k];
             let middle = 0.5 * (from + to);
-            self.intervals.clear();
+            self.intervals.truncate(n_whole);
             self.intervals
                 .extend(self.pairs.iter().filter_map(|pair| pair.at(middle)));
             self.push_union(heights, (from, to), output);
