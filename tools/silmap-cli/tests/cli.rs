@@ -287,7 +287,7 @@ fn evaluate_says_what_scripts_read() {
             assert!(mean > 0.0 && mean < 0.5, "{place}, {method}: {mean}");
         }
         let each = evaluation["per_viewpoint"].as_array().unwrap();
-        assert_eq!(each.len(), 10);
+        assert_eq!(each.len(), 15);
         check_fields(&each[0], &["eye", "method", "misclassified", "escaped"]);
     }
     let one = run_json(&[
