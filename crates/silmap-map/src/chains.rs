@@ -45,13 +45,8 @@ impl Chains {
     /// scanlines is one chain and not one for every wiggle.
     pub(crate) fn close(&mut self, slack: f64) {
         let points = &mut self.points[self.loop_start..];
-        let highest = |(a, p): (usize, &DVec3), (b, q): (usize, &DVec3)| {
-            if q.y < p.y { (b, q.y) } else { (a, p.y) }
-        };
-        let mut top = 0;
-        for k in 1..points.len() {
-            top = highest((top, &points[top]), (k, &points[k])).0;
-        }
+        let by_height = |a: &usize, b: &usize| points[*a].y.total_cmp(&points[*b].y);
+        let top = (0..points.len()).min_by(by_height).unwrap_or(0);
         points.rotate_left(top);
         let Some(&first) = points.first() else {
             return;
@@ -204,13 +199,9 @@ impl Strand {
         }
     }
 
-    /// The point at a height that may lie edges below.
-    fn at_below(&self, chains: &Chains, y: f64) -> Touch {
+    /// Numbers of the vertices between which the chain passes height `y`, edges below where the walk is.
+    fn edge_below(&self, chains: &Chains, y: f64) -> (u32, u32) {
         let (mut near, mut far) = (self.at, self.bottom);
-        // Halving between the vertices `near`, and `far`, which lies below y.
-        if self.lower.y >= y {
-            return self.at(y);
-        }
         while near.abs_diff(far) > 1 {
             let middle = u32::midpoint(near, far);
             if chains.points[middle as usize].y < y {
@@ -219,6 +210,15 @@ impl Strand {
                 far = middle;
             }
         }
+        (near, far)
+    }
+
+    /// The point at a height that may lie edges below.
+    fn at_below(&self, chains: &Chains, y: f64) -> Touch {
+        if self.lower.y >= y {
+            return self.at(y);
+        }
+        let (near, far) = self.edge_below(chains, y);
         let (a, b) = (chains.points[near as usize], chains.points[far as usize]);
         let p = a.lerp(b, ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0));
         Touch {
@@ -232,16 +232,7 @@ impl Strand {
         if self.lower.y >= y {
             return 0;
         }
-        let (mut near, mut far) = (self.at, self.bottom);
-        while near.abs_diff(far) > 1 {
-            let middle = u32::midpoint(near, far);
-            if chains.points[middle as usize].y < y {
-                near = middle;
-            } else {
-                far = middle;
-            }
-        }
-        near.abs_diff(self.at) + 1
+        self.edge_below(chains, y).0.abs_diff(self.at) + 1
     }
 
     /// The least and the greatest x from where the walk is down to height `y`.
@@ -341,53 +332,32 @@ impl Walker {
 
     /// The intervals on the slab between two heights with no vertex between them, from left to right.
     pub(crate) fn intervals(&self, (y_top, y_bottom): (f64, f64), output: &mut Vec<Interval>) {
-        output.clear();
-        let side = |s: &Strand| Side {
+        self.collect(output, |s| Side {
             top: s.at(y_top),
             bottom: s.at(y_bottom),
-        };
-        for pair in self.strands.chunks_exact(2) {
-            output.push(Interval {
-                enter: side(&pair[0]),
-                exit: side(&pair[1]),
-            });
-        }
+        });
     }
 
-    /// The intervals at one height above the next of [`Walker::end`], which vertices may precede.
-    pub(crate) fn intervals_at(&self, chains: &Chains, y: f64, output: &mut Vec<Interval>) {
-        output.clear();
-        let side = |s: &Strand| {
-            let touch = s.at_below(chains, y);
-            Side {
-                top: touch,
-                bottom: touch,
-            }
-        };
-        output.extend(self.strands.chunks_exact(2).map(|pair| Interval {
-            enter: side(&pair[0]),
-            exit: side(&pair[1]),
-        }));
-    }
-
-    /// The intervals between two heights where no chain ends, taken at these heights; vertices between them are skipped.
+    /// The intervals between two heights where no chain ends, taken at these heights; vertices before and between them are
+    /// skipped.
     pub(crate) fn intervals_across(
         &self,
         chains: &Chains,
         (y_top, y_bottom): (f64, f64),
         output: &mut Vec<Interval>,
     ) {
-        output.clear();
-        let side = |s: &Strand| Side {
-            top: s.at(y_top),
+        self.collect(output, |s| Side {
+            top: s.at_below(chains, y_top),
             bottom: s.at_below(chains, y_bottom),
-        };
-        for pair in self.strands.chunks_exact(2) {
-            output.push(Interval {
-                enter: side(&pair[0]),
-                exit: side(&pair[1]),
-            });
-        }
+        });
+    }
+
+    fn collect(&self, output: &mut Vec<Interval>, side: impl Fn(&Strand) -> Side) {
+        output.clear();
+        output.extend(self.strands.chunks_exact(2).map(|pair| Interval {
+            enter: side(&pair[0]),
+            exit: side(&pair[1]),
+        }));
     }
 }
 

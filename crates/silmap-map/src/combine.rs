@@ -169,12 +169,8 @@ impl CombineScratch {
             from = self.side_ends.last().copied().unwrap_or(start);
             self.side_ends.push(end);
         }
-        let mut from = start;
-        for &end in &self.side_ends {
-            self.connector.add_side(from, end);
-            from = end;
-        }
-        self.connector.end_slab(heights.1);
+        self.connector
+            .end_followed(start, &self.side_ends, heights.1);
         for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
             walker.advance(chains, heights.1);
         }

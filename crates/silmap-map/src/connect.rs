@@ -82,7 +82,7 @@ impl Connector {
     }
 
     /// Makes a side of the points from `start` to `end`. Left and right sides take turns.
-    pub(crate) fn add_side(&mut self, start: usize, end: usize) {
+    fn add_side(&mut self, start: usize, end: usize) {
         let side = self.sides.len() as u32;
         self.below.push(End {
             x: self.points[start].x,
@@ -138,8 +138,18 @@ impl Connector {
         }
     }
 
+    /// Ends a slab whose sides are the points from `start` on, cut at `side_ends`.
+    pub(crate) fn end_followed(&mut self, start: usize, side_ends: &[usize], y_bottom: f64) {
+        let mut from = start;
+        for &end in side_ends {
+            self.add_side(from, end);
+            from = end;
+        }
+        self.end_slab(y_bottom);
+    }
+
     /// Ends a slab, all sides of which reach down to `y_bottom`.
-    pub(crate) fn end_slab(&mut self, y_bottom: f64) {
+    fn end_slab(&mut self, y_bottom: f64) {
         self.join();
         std::mem::swap(&mut self.above, &mut self.lower);
         self.bottom = y_bottom;
@@ -365,11 +375,10 @@ impl<'a> Sleeve<'a> {
 
     /// Ends the loop that starts at `first`.
     fn finish(self, first: usize) {
-        if self.points.len() > first && self.last.truncate() != self.points[first].truncate() {
-            let end = self.points.len() - 1;
-            if self.points[end].truncate() != self.last.truncate() {
-                self.points.push(self.last);
-            }
+        let kept = [self.points.get(first), self.anchor.as_ref()];
+        let is_kept = |p: &DVec3| p.truncate() == self.last.truncate();
+        if !kept.into_iter().flatten().any(is_kept) {
+            self.points.push(self.last);
         }
     }
 }

@@ -187,34 +187,9 @@ impl Scratch {
             simple: FlatLoops::default(),
         })
     }
-}
 
-/// The outline of the model that `map` describes, in pixels of `camera`.
-///
-/// `scratch` was made from the same map; it remembers the last triangle, so that a moving eye is located by walking.
-///
-/// # Errors
-/// When the eye lies in the model's bounding sphere, the method needs depths that the map has not, or the map is broken.
-pub fn outline(
-    map: &SilhouetteMap,
-    camera: &Camera,
-    how: impl Into<Interpolation>,
-    scratch: &mut Scratch,
-) -> Result<Outline, InterpolateError> {
-    let how = how.into();
-    let location = scratch.interpolate(map, camera, how)?;
-    let layers = scratch.triangle.layers(how.method);
-    Ok(Outline {
-        triangle: location.triangle,
-        barycentric: location.barycentric,
-        layers: layers.iter().map(FlatLoops::to_loops).collect(),
-        simple: scratch.simple.to_loops(),
-    })
-}
-
-impl Scratch {
     /// Interpolates the outline and leaves it in [`Scratch::simple_loops`]; says where the eye was located. As [`outline`], but
-    /// nothing is copied, and once the buffers have grown nothing is allocated.
+    /// nothing is copied out.
     ///
     /// # Errors
     /// As [`outline`].
@@ -264,6 +239,29 @@ impl Scratch {
     }
 }
 
+/// The outline of the model that `map` describes, in pixels of `camera`.
+///
+/// `scratch` was made from the same map; it remembers the last triangle, so that a moving eye is located by walking.
+///
+/// # Errors
+/// When the eye lies in the model's bounding sphere, the method needs depths that the map has not, or the map is broken.
+pub fn outline(
+    map: &SilhouetteMap,
+    camera: &Camera,
+    how: impl Into<Interpolation>,
+    scratch: &mut Scratch,
+) -> Result<Outline, InterpolateError> {
+    let how = how.into();
+    let location = scratch.interpolate(map, camera, how)?;
+    let layers = scratch.triangle.layers(how.method);
+    Ok(Outline {
+        triangle: location.triangle,
+        barycentric: location.barycentric,
+        layers: layers.iter().map(FlatLoops::to_loops).collect(),
+        simple: scratch.simple.to_loops(),
+    })
+}
+
 /// Two-step interpolation within one triangle of views.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleInterpolator {
@@ -294,16 +292,16 @@ impl TriangleInterpolator {
         let eyes = views.map(|v| v.camera.eye);
         let mut has_depth = true;
         for (captured, view) in self.captured.iter_mut().zip(views) {
-            has_depth &= assign_contours(captured, view);
+            has_depth &= assign_contours(captured, view, sphere);
         }
         let image_from_rays = image_from_object(camera);
-        let normal = (eyes[1] - eyes[0]).cross(eyes[2] - eyes[0]);
         let to_camera = if has_depth && how.transfer == Transfer::Depths {
             Projection {
                 matrix: image_from_rays,
                 shift: image_from_rays * (location.point - camera.eye),
             }
         } else {
+            let normal = (eyes[1] - eyes[0]).cross(eyes[2] - eyes[0]);
             let homography = plane_homography(sphere.center, normal, location.point, camera.eye);
             Projection {
                 matrix: image_from_rays * homography,
@@ -408,13 +406,17 @@ fn n_layers(method: Method) -> usize {
 }
 
 /// Copies a view's contours with inverse depths; false where one has no depths.
-fn assign_contours(loops: &mut DeepLoops, view: &CapturedView) -> bool {
+///
+/// Every point of the model lies in its bounding sphere: a depth outside, as a file may hold, is the nearest in it.
+fn assign_contours(loops: &mut DeepLoops, view: &CapturedView, sphere: BoundingSphere) -> bool {
+    let distance = view.camera.eye.distance(sphere.center);
+    let (nearest, farthest) = (distance - sphere.radius, distance + sphere.radius);
     loops.clear();
     let mut has_depth = true;
     for contour in &view.contours {
         if contour.depths.len() == contour.points.len() {
             for (p, depth) in contour.points.iter().zip(&contour.depths) {
-                loops.push(p.extend(1.0 / depth));
+                loops.push(p.extend(1.0 / depth.max(nearest).min(farthest)));
             }
         } else {
             has_depth = false;

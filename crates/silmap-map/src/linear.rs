@@ -14,7 +14,7 @@ use crate::follow::{FEWEST_FOLLOWED, do_cross, follow_one, follow_pair};
 use crate::loops::DeepLoops;
 use crate::side::{Interval, Touch};
 use crate::span::{Cuts, Limit, PairRule, Parallax, SpanScratch};
-use crate::tight::{self, GapShifts, Linked, Origin, Rim};
+use crate::tight::{self, GapShifts, Homes, Linked, Origin, Rim};
 
 /// Rectified coordinates are tangents: this is a seventh of a pixel of a 512² capture, less than contours are simplified by.
 /// It keeps the vertices of both views from adding up along straight stretches.
@@ -61,6 +61,7 @@ pub(crate) struct LinearScratch {
     gaps: [GapTracks; 2],
     matching: GapMatching,
     cuts: Cuts,
+    homes: Vec<Homes>,
     links: Vec<Linked>,
     other_links: Vec<Linked>,
     side_ends: Vec<usize>,
@@ -197,10 +198,7 @@ impl LinearScratch {
             Pairing::Tight => {
                 if is_single {
                     self.links.clear();
-                    self.links.push(Linked {
-                        enter: Origin::Rim(0, 0),
-                        exit: Origin::Rim(0, 0),
-                    });
+                    self.links.push(Linked::SINGLE);
                 } else if !self.find_links(heights) {
                     return false;
                 }
@@ -211,10 +209,7 @@ impl LinearScratch {
             _ if !is_single => false,
             pairing => {
                 self.links.clear();
-                self.links.push(Linked {
-                    enter: Origin::Rim(0, 0),
-                    exit: Origin::Rim(0, 0),
-                });
+                self.links.push(Linked::SINGLE);
                 if let Pairing::Within { radius } = pairing {
                     let (least, greatest) = sweep.depths.narrowest(radius, heights);
                     let within = |a: Touch, b: Touch| {
@@ -233,20 +228,15 @@ impl LinearScratch {
     /// Links the intervals of both views; false when the links are not the same all the way down.
     fn find_links(&mut self, (y_top, y_bottom): (f64, f64)) -> bool {
         let [one, two] = &mut self.spans;
-        for (k, share) in [0.1, 0.9].into_iter().enumerate() {
+        let mut links_at = |share: f64, links: &mut Vec<Linked>| {
             let y = y_top + (y_bottom - y_top) * share;
-            self.walkers[0].intervals_at(&self.chains[0], y, one);
-            self.walkers[1].intervals_at(&self.chains[1], y, two);
-            if k == 0 {
-                tight::link(one, two, &mut self.links);
-            } else {
-                tight::link(one, two, &mut self.other_links);
-                if self.links != self.other_links {
-                    return false;
-                }
-            }
-        }
-        true
+            self.walkers[0].intervals_across(&self.chains[0], (y, y), one);
+            self.walkers[1].intervals_across(&self.chains[1], (y, y), two);
+            tight::link(one, two, &mut self.homes, links);
+        };
+        links_at(0.1, &mut self.links);
+        links_at(0.9, &mut self.other_links);
+        self.links == self.other_links
     }
 
     /// Follows the sides that `self.links` name; false, with nothing done, where a rule gives nothing or sides meet.
@@ -315,12 +305,8 @@ impl LinearScratch {
                 (before, last) = (Some(last), end);
             }
         }
-        let mut from = start;
-        for &end in &self.side_ends {
-            self.connector.add_side(from, end);
-            from = end;
-        }
-        self.connector.end_slab(heights.1);
+        self.connector
+            .end_followed(start, &self.side_ends, heights.1);
         for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
             walker.advance(chains, heights.1);
         }
@@ -348,7 +334,7 @@ impl LinearScratch {
         let [one, two] = &self.spans;
         let alpha = sweep.alpha;
         if sweep.pairing == Pairing::Tight {
-            tight::link(one, two, &mut self.links);
+            tight::link(one, two, &mut self.homes, &mut self.links);
             let links = &self.links;
             self.span.unite(heights, &mut self.connector, |output| {
                 tight::interpolate(one, two, links, alpha, output);

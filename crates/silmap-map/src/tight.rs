@@ -102,7 +102,7 @@ fn home(side: Side, disparities: f64, others: &[Interval]) -> usize {
 
 /// The intervals of the other view that hold the ends of one.
 #[derive(Clone, Copy, Debug)]
-struct Homes {
+pub(crate) struct Homes {
     enter: usize,
     exit: usize,
 }
@@ -142,17 +142,33 @@ pub(crate) struct Linked {
     pub exit: Origin,
 }
 
+impl Linked {
+    /// The only interval of one view with the only one of the other.
+    pub(crate) const SINGLE: Self = Self {
+        enter: Origin::Rim(0, 0),
+        exit: Origin::Rim(0, 0),
+    };
+}
+
 /// Writes how the intervals of two spans, neither empty, are linked to `output`: one entry for every pair where a touching
 /// point of one interval lies in the other.
 ///
 /// An end of such a pair whose touching points lie in each other's interval is on one rim: the tight rule joins them. Where
 /// a leg opens, an inner end exists in one view only, and is seen where its touching point is.
-pub(crate) fn link(one: &[Interval], two: &[Interval], output: &mut Vec<Linked>) {
+///
+/// `homes` is a buffer.
+pub(crate) fn link(
+    one: &[Interval],
+    two: &[Interval],
+    homes: &mut Vec<Homes>,
+    output: &mut Vec<Linked>,
+) {
+    homes.clear();
+    homes.extend(two.iter().map(|j| Homes::new(j, 1.0, one)));
     output.clear();
     for (a, i) in one.iter().enumerate() {
         let ahead = Homes::new(i, -1.0, two);
-        for (b, j) in two.iter().enumerate() {
-            let back = Homes::new(j, 1.0, one);
+        for (b, back) in homes.iter().enumerate() {
             let enters = (ahead.enter == b, back.enter == a);
             let exits = (ahead.exit == b, back.exit == a);
             let is_linked = enters.0 || enters.1 || exits.0 || exits.1;
@@ -356,60 +372,51 @@ mod tests {
         }
     }
 
-    /// A wall with a slit: one view looks through it, the other past it.
-    /// The same gap, where the first view should see it by these points but does not.
-    #[test]
-    fn a_gap_that_something_covers_closes_evenly() {
-        let one = [Interval {
-            enter: upright(0.0, 1.0),
-            exit: upright(10.0, 1.0),
-        }];
-        let two = [
-            Interval {
-                enter: upright(-1.0, 1.0),
-                exit: upright(4.0, 1.0),
-            },
-            Interval {
-                enter: upright(6.0, 1.0),
-                exit: upright(9.0, 1.0),
-            },
-        ];
-        let (mut links, mut output) = (Vec::new(), Vec::new());
-        link(&one, &two, &mut links);
-        let mut gap = |alpha: f64| {
-            interpolate(&one, &two, &links, alpha, &mut output);
-            output[1].enter.at(0.5) - output[0].exit.at(0.5)
+    /// A wall that the first view sees whole, and the second with a gap between two touching points.
+    fn wall(left_of_gap: (f64, f64), right_of_gap: (f64, f64)) -> ([Interval; 1], [Interval; 2]) {
+        let interval = |enter: (f64, f64), exit: (f64, f64)| Interval {
+            enter: upright(enter.0, enter.1),
+            exit: upright(exit.0, exit.1),
         };
-        assert!(gap(0.0).abs() < 1e-12 && (gap(0.5) - 1.0).abs() < 1e-12);
-        assert!((gap(1.0) - 2.0).abs() < 1e-12);
+        (
+            [interval((0.0, 1.0), (10.0, 1.0))],
+            [
+                interval((-1.0, 1.0), left_of_gap),
+                interval(right_of_gap, (9.0, 1.0)),
+            ],
+        )
+    }
+
+    fn interpolated(wall: &([Interval; 1], [Interval; 2]), alpha: f64) -> Vec<Interval> {
+        let (mut links, mut output) = (Vec::new(), Vec::new());
+        link(&wall.0, &wall.1, &mut Vec::new(), &mut links);
+        interpolate(&wall.0, &wall.1, &links, alpha, &mut output);
+        output
     }
 
     #[test]
     fn a_gap_opens_where_its_sides_are_seen_apart() {
-        let one = [Interval {
-            enter: upright(0.0, 1.0),
-            exit: upright(10.0, 1.0),
-        }];
-        let two = [
-            Interval {
-                enter: upright(-1.0, 1.0),
-                exit: upright(4.0, 2.0),
-            },
-            Interval {
-                enter: upright(4.5, 1.0),
-                exit: upright(9.0, 1.0),
-            },
-        ];
-        let (mut links, mut output) = (Vec::new(), Vec::new());
-        link(&one, &two, &mut links);
-        interpolate(&one, &two, &links, 0.9, &mut output);
-        assert_eq!(output.len(), 2);
-        assert!((output[0].exit.at(0.5) - 4.2).abs() < 1e-12);
-        assert!((output[1].enter.at(0.5) - 4.6).abs() < 1e-12);
-        interpolate(&one, &two, &links, 0.1, &mut output);
+        let wall = wall((4.0, 2.0), (4.5, 1.0));
+        let late = interpolated(&wall, 0.9);
+        assert_eq!(late.len(), 2);
+        assert!((late[0].exit.at(0.5) - 4.2).abs() < 1e-12);
+        assert!((late[1].enter.at(0.5) - 4.6).abs() < 1e-12);
+        let early = interpolated(&wall, 0.1);
         assert!(
-            output[0].exit.at(0.5) > output[1].enter.at(0.5),
+            early[0].exit.at(0.5) > early[1].enter.at(0.5),
             "the gap is closed there"
         );
+    }
+
+    /// Here the first view should see the gap by these points, but does not.
+    #[test]
+    fn a_gap_that_something_covers_closes_evenly() {
+        let wall = wall((4.0, 1.0), (6.0, 1.0));
+        let gap = |alpha: f64| {
+            let seen = interpolated(&wall, alpha);
+            seen[1].enter.at(0.5) - seen[0].exit.at(0.5)
+        };
+        assert!(gap(0.0).abs() < 1e-12 && (gap(0.5) - 1.0).abs() < 1e-12);
+        assert!((gap(1.0) - 2.0).abs() < 1e-12);
     }
 }

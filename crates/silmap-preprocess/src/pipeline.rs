@@ -198,10 +198,6 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Half a pixel more for conservative contours: they are pixel squares that lie outside the model's outline, and within the
-/// tolerance of these squares a slanted outline cannot leave their steps.
-const OUTWARD_TOLERANCE_PX: f64 = 0.5;
-
 /// Traces and simplifies the outline of every mask, and finds how deep the contour generator lies at its vertices.
 fn captured_views(
     model: &ClosedMesh,
@@ -210,16 +206,10 @@ fn captured_views(
     params: &BuildParams,
     monitor: &Monitor<'_>,
 ) -> Result<Vec<CapturedView>, BuildError> {
-    // What is captured conservatively must stay so.
-    let outward_only = params.capture.coverage == CoverageRule::Any;
-    let more_px = if outward_only {
-        OUTWARD_TOLERANCE_PX
-    } else {
-        0.0
-    };
     let simplification = SimplifyContourParams {
-        tolerance_px: params.tolerance_px + more_px,
-        outward_only,
+        tolerance_px: params.tolerance_px,
+        // What is captured conservatively must stay so.
+        outward_only: params.capture.coverage == CoverageRule::Any,
     };
     monitor.start(Stage::Contours, cameras.len() as u64);
     let views = (cameras.par_iter().zip(masks).enumerate())

@@ -355,14 +355,12 @@ impl Renderer {
     }
 }
 
-/// The shape of an outline: one region by winding, or several intersected by parity.
+/// The shape of an outline: regions that the stencil intersects by parity, or one region by winding.
 fn clip_shape(outline: Option<&Outline>, method: Method) -> ClipShape<'_> {
     outline.map_or(ClipShape::EMPTY, |outline| {
-        let is_intersection = method.n_covering() as usize == outline.layers.len();
-        let (rule, layers) = match outline.layers.len() {
-            1 => (FillRule::NonZero, outline.layers.as_slice()),
-            _ if is_intersection => (FillRule::EvenOddInAll, outline.layers.as_slice()),
-            _ => (
+        let (rule, layers) = match method {
+            Method::Hull => (FillRule::EvenOddInAll, outline.layers.as_slice()),
+            Method::Paper | Method::Tight => (
                 FillRule::NonZero,
                 std::slice::from_ref(outline.simple_loops()),
             ),
