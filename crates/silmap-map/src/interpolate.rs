@@ -5,18 +5,22 @@
 //! the plane through the center parallel to the triangle.
 //! Deviation: method [`Method::Hull`] does this in all three orders, with all pairs of intervals as far as they can meet in the
 //! bounding sphere, and intersects: each order is conservative, so the intersection is, and it depends on no nearest edge.
+//! [`Method::Tight`] interpolates on two edges and then on a line between them: see `along_longest_edge`.
 
 use glam::{DMat3, DVec3};
 use silmap_geometry::{Camera, Loop};
 use thiserror::Error;
 
-use crate::combine::CombineScratch;
-use crate::epipolar::{image_from_object, object_from_image};
-use crate::linear::{LinearScratch, Pairing, Seen, object_from_epipolar};
+use crate::SilhouetteMap;
+use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
+use crate::intersect::{IntersectScratch, is_speck};
+use crate::linear::{LinearScratch, Pairing};
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::polytope::{Location, Polytope, PolytopeError};
 use crate::project::{Projection, project_loops};
-use crate::{BoundingSphere, CapturedView, SilhouetteMap};
+use crate::rectified::{
+    EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
+};
 
 /// How silhouettes are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -25,8 +29,8 @@ pub enum Method {
     Paper,
     /// All pairs of intervals in all three orders, intersected: conservative and tighter than any one order.
     Hull,
-    /// Ends joined by the arc that touches both views' rays where the object does, and linked by depth; what at least two of
-    /// the three orders cover. Needs contours with depths.
+    /// Ends joined by the arc that touches both views' rays where the object does, and linked by depth, along a line through the
+    /// eye from edge to edge. Needs contours with depths.
     #[default]
     Tight,
 }
@@ -66,16 +70,6 @@ impl Method {
     #[must_use]
     pub fn needs_depth(self) -> bool {
         self == Self::Tight
-    }
-
-    /// How many of the interpolated regions must cover what counts as inside.
-    #[must_use]
-    pub fn n_covering(self) -> u32 {
-        match self {
-            Self::Paper => 1,
-            Self::Tight => 2,
-            Self::Hull => 3,
-        }
     }
 }
 
@@ -147,8 +141,7 @@ pub struct Outline {
     pub triangle: u32,
     /// Weights of its three views.
     pub barycentric: [f64; 3],
-    /// Regions in pixels of the camera, of which [`Method::n_covering`] must cover what is inside: one for [`Method::Paper`], else
-    /// three. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
+    /// Regions in pixels of the camera, all of which cover what is inside: three for [`Method::Hull`], else one. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
     pub layers: Vec<Vec<Loop>>,
     simple: Vec<Loop>,
 }
@@ -168,7 +161,7 @@ pub struct Scratch {
     has_depth: bool,
     last_triangle: u32,
     triangle: TriangleInterpolator,
-    combine: CombineScratch,
+    intersect: IntersectScratch,
     simple: FlatLoops,
 }
 
@@ -183,7 +176,7 @@ impl Scratch {
             has_depth: map.has_depth(),
             last_triangle: 0,
             triangle: TriangleInterpolator::default(),
-            combine: CombineScratch::default(),
+            intersect: IntersectScratch::default(),
             simple: FlatLoops::default(),
         })
     }
@@ -213,21 +206,21 @@ impl Scratch {
             })?;
         self.last_triangle = location.triangle;
         let ids = map.triangles[location.triangle as usize];
-        let views = ids.map(|v| &map.views[v as usize]);
         let layers = self
             .triangle
-            .interpolate(map.bounding_sphere(), views, &location, camera, how)
+            .interpolate(map, ids, &location, camera, how)
             .map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
                 one: ids[i],
                 two: ids[j],
             })?;
         match layers {
-            [a, b, c] => {
-                let n_covering = how.method.n_covering();
-                self.combine
-                    .combine([a, b, c], n_covering, &mut self.simple);
-            }
-            _ => self.simple.assign(layers.iter().flat_map(FlatLoops::iter)),
+            [a, b, c] => self.intersect.intersect([a, b, c], &mut self.simple),
+            _ => self.simple.assign(
+                layers
+                    .iter()
+                    .flat_map(FlatLoops::iter)
+                    .filter(|l| !is_speck(l)),
+            ),
         }
         Ok(location)
     }
@@ -262,12 +255,14 @@ pub fn outline(
     })
 }
 
-/// Two-step interpolation within one triangle of views.
+/// Interpolation within one triangle of views.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleInterpolator {
+    edges: EdgeCache,
     linear: LinearScratch,
-    captured: [DeepLoops; 3],
-    edge: DeepLoops,
+    inner_pair: RectifiedPair,
+    captured: DeepLoops,
+    on_edges: [DeepLoops; 2],
     inner: DeepLoops,
     layers: [FlatLoops; 3],
 }
@@ -275,73 +270,71 @@ pub struct TriangleInterpolator {
 /// With a weight this close to 1 the eye is at a captured viewpoint, and the captured silhouette is the answer.
 const AT_VIEW: f64 = 1.0 - 1e-9;
 
+/// An eye between three views of a map.
+#[derive(Clone, Copy, Debug)]
+struct Between<'a> {
+    map: &'a SilhouetteMap,
+    ids: [u32; 3],
+    weights: [f64; 3],
+}
+
+impl Between<'_> {
+    fn eye(&self, corner: usize) -> DVec3 {
+        self.map.eye(self.ids[corner])
+    }
+}
+
 impl TriangleInterpolator {
-    /// The silhouette from `location` between three views, mapped to `camera`: the regions of which [`Method::n_covering`] must
-    /// cover what is inside.
+    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: the regions which all cover what is
+    /// inside. One interpolator serves one map: it keeps what it has prepared of it.
     ///
     /// # Errors
     /// The two corners that cannot be rectified with each other.
     pub fn interpolate(
         &mut self,
-        sphere: BoundingSphere,
-        views: [&CapturedView; 3],
+        map: &SilhouetteMap,
+        ids: [u32; 3],
         location: &Location,
         camera: &Camera,
         how: Interpolation,
     ) -> Result<&[FlatLoops], (usize, usize)> {
-        let eyes = views.map(|v| v.camera.eye);
-        let mut has_depth = true;
-        for (captured, view) in self.captured.iter_mut().zip(views) {
-            has_depth &= assign_contours(captured, view, sphere);
-        }
-        let image_from_rays = image_from_object(camera);
-        let to_camera = if has_depth && how.transfer == Transfer::Depths {
-            Projection {
-                matrix: image_from_rays,
-                shift: image_from_rays * (location.point - camera.eye),
-            }
-        } else {
-            let normal = (eyes[1] - eyes[0]).cross(eyes[2] - eyes[0]);
-            let homography = plane_homography(sphere.center, normal, location.point, camera.eye);
-            Projection {
-                matrix: image_from_rays * homography,
-                shift: DVec3::ZERO,
-            }
+        let between = Between {
+            map,
+            ids,
+            weights: location.barycentric,
         };
-        let project = |loops: &DeepLoops, object_from_loops: DMat3, output: &mut FlatLoops| {
-            let matrix = to_camera.matrix * object_from_loops;
-            project_loops(
-                loops,
-                &Projection {
-                    matrix,
-                    ..to_camera
-                },
-                output,
-            );
-        };
+        let views = ids.map(|v| &map.views[v as usize]);
+        let has_depth = views.iter().all(|v| v.has_depth());
+        let to_camera = projection(&between, location, camera, has_depth, how.transfer);
         let n_layers = n_layers(how.method);
         if let Some(k) = (location.barycentric.iter()).position(|&w| w >= AT_VIEW) {
-            let object_from_loops = object_from_image(&views[k].camera);
+            assign_contours(&mut self.captured, views[k], map.bounding_sphere());
+            let to_camera = to_camera.after(object_from_image(&views[k].camera));
             for layer in &mut self.layers[..n_layers] {
-                project(&self.captured[k], object_from_loops, layer);
+                project_loops(&self.captured, &to_camera, layer);
             }
             return Ok(&self.layers[..n_layers]);
         }
-        if how.method == Method::Paper {
-            let last = opposite_to_nearest_edge(&eyes, location);
-            let object_from_loops =
-                self.two_steps(sphere, views, location, last, Pairing::Cliques)?;
-            project(&self.inner, object_from_loops, &mut self.layers[0]);
-        } else {
-            let pairing = match how.method {
-                Method::Tight => Pairing::Tight,
-                _ => Pairing::Within {
-                    radius: sphere.radius,
-                },
-            };
-            for last in 0..3 {
-                let object_from_loops = self.two_steps(sphere, views, location, last, pairing)?;
-                project(&self.inner, object_from_loops, &mut self.layers[last]);
+        match how.method {
+            Method::Paper => {
+                let last = opposite_to_nearest_edge(&between);
+                let object_from_loops = self.two_steps(&between, last, Pairing::Cliques)?;
+                let to_camera = to_camera.after(object_from_loops);
+                project_loops(&self.inner, &to_camera, &mut self.layers[0]);
+            }
+            Method::Tight => {
+                let object_from_loops = self.along_longest_edge(&between, Pairing::Tight)?;
+                let to_camera = to_camera.after(object_from_loops);
+                project_loops(&self.inner, &to_camera, &mut self.layers[0]);
+            }
+            Method::Hull => {
+                let radius = map.radius;
+                for last in 0..3 {
+                    let object_from_loops =
+                        self.two_steps(&between, last, Pairing::Within { radius })?;
+                    let to_camera = to_camera.after(object_from_loops);
+                    project_loops(&self.inner, &to_camera, &mut self.layers[last]);
+                }
             }
         }
         Ok(&self.layers[..n_layers])
@@ -356,85 +349,131 @@ impl TriangleInterpolator {
     /// `self.inner`; returns the matrix from its coordinates to rays.
     fn two_steps(
         &mut self,
-        sphere: BoundingSphere,
-        views: [&CapturedView; 3],
-        location: &Location,
+        between: &Between<'_>,
         last: usize,
         pairing: Pairing,
     ) -> Result<DMat3, (usize, usize)> {
         let (i, j) = ((last + 1) % 3, (last + 2) % 3);
-        let (w_i, w_j) = (location.barycentric[i], location.barycentric[j]);
+        let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
-        let captured = |k: usize| Seen {
-            eye: views[k].camera.eye,
-            loops: &self.captured[k],
-            object_from_loops: object_from_image(&views[k].camera),
-        };
-        let edge_frame = self
-            .linear
-            .interpolate(
-                (captured(i), captured(j)),
-                sphere.center,
-                alpha,
-                pairing,
-                &mut self.edge,
-            )
-            .ok_or((i, j))?;
+        let edge_frame = self.on_edge(0, between, (i, j), alpha, pairing)?;
+        let view = &between.map.views[between.ids[last] as usize];
+        assign_contours(&mut self.captured, view, between.map.bounding_sphere());
         let on_edge = Seen {
-            eye: views[i].camera.eye.lerp(views[j].camera.eye, alpha),
-            loops: &self.edge,
+            eye: between.eye(i).lerp(between.eye(j), alpha),
+            loops: &self.on_edges[0],
             object_from_loops: object_from_epipolar(&edge_frame),
         };
-        let towards = location.barycentric[last];
-        let frame = self
-            .linear
-            .interpolate(
-                (on_edge, captured(last)),
-                sphere.center,
-                towards,
-                pairing,
-                &mut self.inner,
-            )
+        let captured = Seen {
+            eye: view.camera.eye,
+            loops: &self.captured,
+            object_from_loops: object_from_image(&view.camera),
+        };
+        let center = between.map.center;
+        let frame = (self.inner_pair)
+            .assign((on_edge, captured), center, TURN_TANGENT)
             .ok_or((i, last))?;
+        let towards = between.weights[last];
+        self.linear
+            .interpolate(&self.inner_pair, towards, pairing, &mut self.inner);
         Ok(object_from_epipolar(&frame))
+    }
+
+    /// Interpolates on the two shorter edges, to where the line through the eye along the longest one meets them, and then on
+    /// that line. The result is in `self.inner`; returns the matrix from its coordinates to rays.
+    ///
+    /// Source: beyond the paper; the side-to-side scheme of Barnhill, Birkhoff and Gordon, Smooth Interpolation in Triangles, 1973,
+    /// with silhouettes in the place of numbers. Deviation: one direction per triangle, not the mean of all three: it is continuous
+    /// within the triangle, and on each edge it is what that edge's own two views give, so that neighbours agree.
+    fn along_longest_edge(
+        &mut self,
+        between: &Between<'_>,
+        pairing: Pairing,
+    ) -> Result<DMat3, (usize, usize)> {
+        let length = |k: usize| between.eye((k + 1) % 3).distance(between.eye((k + 2) % 3));
+        let apex = (0..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
+        let (i, j) = ((apex + 1) % 3, (apex + 2) % 3);
+        let towards = between.weights[apex];
+        let frames = [
+            self.on_edge(0, between, (i, apex), towards, pairing)?,
+            self.on_edge(1, between, (j, apex), towards, pairing)?,
+        ];
+        let [one, two] = [(i, 0), (j, 1)].map(|(k, n)| Seen {
+            eye: between.eye(k).lerp(between.eye(apex), towards),
+            loops: &self.on_edges[n],
+            object_from_loops: object_from_epipolar(&frames[n]),
+        });
+        let center = between.map.center;
+        let frame = (self.inner_pair)
+            .assign((one, two), center, TURN_TANGENT)
+            .ok_or((i, j))?;
+        let (w_i, w_j) = (between.weights[i], between.weights[j]);
+        let alpha = w_j / (w_i + w_j);
+        self.linear
+            .interpolate(&self.inner_pair, alpha, pairing, &mut self.inner);
+        Ok(object_from_epipolar(&frame))
+    }
+
+    /// Interpolates between two corners into buffer `n` of `self.on_edges`; returns the frame of the result. It is the same
+    /// whichever triangle the edge is seen as part of.
+    fn on_edge(
+        &mut self,
+        n: usize,
+        between: &Between<'_>,
+        (from, to): (usize, usize),
+        alpha: f64,
+        pairing: Pairing,
+    ) -> Result<EpipolarFrame, (usize, usize)> {
+        let (a, b) = (between.ids[from], between.ids[to]);
+        let (views, alpha) = if a < b {
+            ([a, b], alpha)
+        } else {
+            ([b, a], 1.0 - alpha)
+        };
+        let pair = self.edges.pair(between.map, views).ok_or((from, to))?;
+        let frame = *pair.frame().ok_or((from, to))?;
+        self.linear
+            .interpolate(pair, alpha, pairing, &mut self.on_edges[n]);
+        Ok(frame)
+    }
+}
+
+/// How the outline from the located point is carried to the eye.
+fn projection(
+    between: &Between<'_>,
+    location: &Location,
+    camera: &Camera,
+    has_depth: bool,
+    transfer: Transfer,
+) -> Projection {
+    let image_from_rays = image_from_object(camera);
+    if has_depth && transfer == Transfer::Depths {
+        return Projection {
+            matrix: image_from_rays,
+            shift: image_from_rays * (location.point - camera.eye),
+        };
+    }
+    let [a, b, c] = [0, 1, 2].map(|k| between.eye(k));
+    let normal = (b - a).cross(c - a);
+    let homography = plane_homography(between.map.center, normal, location.point, camera.eye);
+    Projection {
+        matrix: image_from_rays * homography,
+        shift: DVec3::ZERO,
     }
 }
 
 /// How many regions a method interpolates.
 fn n_layers(method: Method) -> usize {
-    if method == Method::Paper { 1 } else { 3 }
+    if method == Method::Hull { 3 } else { 1 }
 }
 
-/// Copies a view's contours with inverse depths; false where one has no depths.
-///
-/// Every point of the model lies in its bounding sphere: a depth outside, as a file may hold, is the nearest in it.
-fn assign_contours(loops: &mut DeepLoops, view: &CapturedView, sphere: BoundingSphere) -> bool {
-    let distance = view.camera.eye.distance(sphere.center);
-    let (nearest, farthest) = (distance - sphere.radius, distance + sphere.radius);
-    loops.clear();
-    let mut has_depth = true;
-    for contour in &view.contours {
-        if contour.depths.len() == contour.points.len() {
-            for (p, depth) in contour.points.iter().zip(&contour.depths) {
-                loops.push(p.extend(1.0 / depth.max(nearest).min(farthest)));
-            }
-        } else {
-            has_depth = false;
-            contour
-                .points
-                .iter()
-                .for_each(|p| loops.push(p.extend(0.0)));
-        }
-        loops.close();
-    }
-    has_depth
-}
-
-/// The corner opposite to the edge nearest to the located point.
-fn opposite_to_nearest_edge(eyes: &[DVec3; 3], location: &Location) -> usize {
+/// The corner opposite to the edge nearest to the eye.
+fn opposite_to_nearest_edge(between: &Between<'_>) -> usize {
     // A corner's weight is the distance to the opposite edge over the triangle's height there.
-    let distance =
-        |k: usize| location.barycentric[k] / eyes[(k + 1) % 3].distance(eyes[(k + 2) % 3]);
+    let distance = |k: usize| {
+        let edge = between.eye((k + 1) % 3).distance(between.eye((k + 2) % 3));
+        between.weights[k] / edge
+    };
     (0..3)
         .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
         .unwrap_or(0)

@@ -6,15 +6,16 @@
 pub mod asset;
 mod chains;
 mod clique;
-mod combine;
 mod connect;
 pub mod epipolar;
 mod follow;
 pub mod interpolate;
+mod intersect;
 mod linear;
 mod loops;
 pub mod polytope;
 mod project;
+mod rectified;
 mod side;
 pub mod silhouette_map;
 mod span;

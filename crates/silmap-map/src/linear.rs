@@ -4,16 +4,16 @@
 //! connect them. Deviation: where either view has one interval, its sides are followed from vertex to vertex until a chain
 //! ends; only where there are several are spans visited slab by slab.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::chains::{Chains, Walker};
 use crate::clique::{GapMatching, GapTracks};
 use crate::connect::{Connector, Slack};
-use crate::epipolar::{EpipolarFrame, project};
 use crate::follow::{FEWEST_FOLLOWED, do_cross, follow_one, follow_pair};
 use crate::loops::DeepLoops;
+use crate::rectified::{RectifiedPair, SphereDepths};
 use crate::side::{Interval, Touch};
-use crate::span::{Cuts, Limit, PairRule, Parallax, SpanScratch};
+use crate::span::{Cuts, PairRule, SpanScratch};
 use crate::tight::{self, GapShifts, Homes, Linked, Origin, Rim};
 
 /// Rectified coordinates are tangents: this is a seventh of a pixel of a 512² capture, less than contours are simplified by.
@@ -41,21 +41,9 @@ pub(crate) enum Pairing {
     Tight,
 }
 
-/// A silhouette seen from somewhere, with the map from its coordinates to rays.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<'a> {
-    /// Viewpoint, object space.
-    pub eye: DVec3,
-    /// The silhouette's loops, even-odd, with inverse depths: those of points at (ray / inverse depth) from the eye.
-    pub loops: &'a DeepLoops,
-    /// From coordinates of the loops (with a 1 appended) to rays from `eye`.
-    pub object_from_loops: DMat3,
-}
-
 /// Buffers of one interpolation between two views.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LinearScratch {
-    chains: [Chains; 2],
     walkers: [Walker; 2],
     spans: [Vec<Interval>; 2],
     gaps: [GapTracks; 2],
@@ -73,7 +61,8 @@ pub(crate) struct LinearScratch {
 
 /// What a sweep over a pair needs to know beside the silhouettes.
 #[derive(Clone, Copy, Debug)]
-struct Sweep {
+struct Sweep<'a> {
+    chains: &'a [Chains; 2],
     alpha: f64,
     pairing: Pairing,
     depths: SphereDepths,
@@ -81,7 +70,7 @@ struct Sweep {
     is_matched: bool,
 }
 
-impl Sweep {
+impl Sweep<'_> {
     /// Whether sides are followed where a view has several intervals, too.
     fn can_follow_several(&self) -> bool {
         self.pairing == Pairing::Tight
@@ -89,33 +78,23 @@ impl Sweep {
 }
 
 impl LinearScratch {
-    /// Writes the silhouette seen from (1 − α)·p₁ + α·p₂ to `output`, in coordinates of the returned frame.
-    ///
-    /// Returns `None` when the pair cannot be rectified: viewpoints and center in line, or a ray beside the frame.
+    /// Writes the silhouette seen from (1 − α)·p₁ + α·p₂ to `output`, in coordinates of the pair's frame.
     pub(crate) fn interpolate(
         &mut self,
-        (one, two): (Seen<'_>, Seen<'_>),
-        center: DVec3,
+        pair: &RectifiedPair,
         alpha: f64,
         pairing: Pairing,
         output: &mut DeepLoops,
-    ) -> Option<EpipolarFrame> {
-        let frame = EpipolarFrame::new(one.eye, two.eye, center)?;
-        let baseline = one.eye.distance(two.eye);
-        let slack = if self.keeps_all_vertices { 0.0 } else { 1.0 };
-        for (seen, chains) in [one, two].iter().zip(&mut self.chains) {
-            rectify(seen, &frame, baseline, slack * SLACK_TANGENT, chains)?;
-        }
-        let is_matched = pairing == Pairing::Cliques && self.match_gaps();
+    ) {
+        let is_matched = pairing == Pairing::Cliques && self.match_gaps(&pair.chains);
         self.sweep(&Sweep {
+            chains: &pair.chains,
             alpha,
             pairing,
-            depths: SphereDepths {
-                baseline,
-                center_depth: (center - (one.eye + two.eye) * 0.5).dot(frame.f),
-            },
+            depths: pair.depths,
             is_matched,
         });
+        let slack = if self.keeps_all_vertices { 0.0 } else { 1.0 };
         self.connector.finish(
             Slack {
                 line: slack * SLACK_TANGENT,
@@ -123,14 +102,13 @@ impl LinearScratch {
             },
             output,
         );
-        let inverse_depth = 1.0 / baseline;
+        let inverse_depth = 1.0 / pair.depths.baseline;
         output.transform(|p| DVec3::new(p.x, p.y, p.z * inverse_depth));
-        Some(frame)
     }
 
     /// Tracks and matches the gaps of both views; false when one has none, so that there is nothing to cut.
-    fn match_gaps(&mut self) -> bool {
-        let views = self.chains.iter().zip(&mut self.walkers);
+    fn match_gaps(&mut self, chains: &[Chains; 2]) -> bool {
+        let views = chains.iter().zip(&mut self.walkers);
         for (gaps, (chains, walker)) in self.gaps.iter_mut().zip(views) {
             gaps.track(chains, walker);
         }
@@ -143,19 +121,19 @@ impl LinearScratch {
     }
 
     /// Goes down both silhouettes from one height where a chain ends or begins to the next.
-    fn sweep(&mut self, sweep: &Sweep) {
+    fn sweep(&mut self, sweep: &Sweep<'_>) {
         self.connector.clear();
         self.cuts.clear();
         for walker in &mut self.walkers {
             walker.restart();
         }
-        let mut y = self.chains[0].first_y().min(self.chains[1].first_y());
+        let mut y = sweep.chains[0].first_y().min(sweep.chains[1].first_y());
         while y.is_finite() {
-            for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+            for (walker, chains) in self.walkers.iter_mut().zip(sweep.chains) {
                 walker.enter(chains, y);
             }
             let end =
-                (self.walkers[0].end(&self.chains[0])).min(self.walkers[1].end(&self.chains[1]));
+                (self.walkers[0].end(&sweep.chains[0])).min(self.walkers[1].end(&sweep.chains[1]));
             if !end.is_finite() {
                 return;
             }
@@ -168,12 +146,12 @@ impl LinearScratch {
 
     /// Interpolates between two heights where no chain ends: side by side as far as the same sides bound the silhouette, and
     /// slab by slab where they do not.
-    fn visit(&mut self, (mut y, end): (f64, f64), sweep: &Sweep) {
+    fn visit(&mut self, (mut y, end): (f64, f64), sweep: &Sweep<'_>) {
         while y < end {
             let mut bottom = end;
             while !self.follow((y, bottom), sweep) {
                 let middle = 0.5 * (y + bottom);
-                let n_vertices = self.count_vertices(bottom);
+                let n_vertices = self.count_vertices(sweep.chains, bottom);
                 if !sweep.can_follow_several() || n_vertices < FEWEST_FOLLOWED || middle <= y {
                     self.visit_slabs((y, bottom), sweep);
                     break;
@@ -185,13 +163,13 @@ impl LinearScratch {
     }
 
     /// Vertices of both views from where the walks are down to height `y`.
-    fn count_vertices(&self, y: f64) -> u32 {
-        let views = self.walkers.iter().zip(&self.chains);
+    fn count_vertices(&self, chains: &[Chains; 2], y: f64) -> u32 {
+        let views = self.walkers.iter().zip(chains);
         views.map(|(w, c)| w.count_vertices(c, y)).sum()
     }
 
     /// Interpolates side by side; false, with nothing done, where the rule is not that simple.
-    fn follow(&mut self, heights: (f64, f64), sweep: &Sweep) -> bool {
+    fn follow(&mut self, heights: (f64, f64), sweep: &Sweep<'_>) -> bool {
         let is_single = self.walkers.iter().all(|w| w.n_intervals() == 1);
         let alpha = sweep.alpha;
         match sweep.pairing {
@@ -199,12 +177,12 @@ impl LinearScratch {
                 if is_single {
                     self.links.clear();
                     self.links.push(Linked::SINGLE);
-                } else if !self.find_links(heights) {
+                } else if !self.find_links(sweep.chains, heights) {
                     return false;
                 }
                 let left = |a: Touch, b: Touch| Some(tight::between(a, b, alpha, Rim::Left));
                 let right = |a: Touch, b: Touch| Some(tight::between(a, b, alpha, Rim::Right));
-                self.follow_links(heights, alpha, left, right)
+                self.follow_links(sweep, heights, left, right)
             }
             _ if !is_single => false,
             pairing => {
@@ -216,22 +194,22 @@ impl LinearScratch {
                         let parallax = a.x - b.x;
                         (least <= parallax && parallax <= greatest).then(|| a.lerp(b, alpha))
                     };
-                    self.follow_links(heights, alpha, within, within)
+                    self.follow_links(sweep, heights, within, within)
                 } else {
                     let linear = |a: Touch, b: Touch| Some(a.lerp(b, alpha));
-                    self.follow_links(heights, alpha, linear, linear)
+                    self.follow_links(sweep, heights, linear, linear)
                 }
             }
         }
     }
 
     /// Links the intervals of both views; false when the links are not the same all the way down.
-    fn find_links(&mut self, (y_top, y_bottom): (f64, f64)) -> bool {
+    fn find_links(&mut self, chains: &[Chains; 2], (y_top, y_bottom): (f64, f64)) -> bool {
         let [one, two] = &mut self.spans;
         let mut links_at = |share: f64, links: &mut Vec<Linked>| {
             let y = y_top + (y_bottom - y_top) * share;
-            self.walkers[0].intervals_across(&self.chains[0], (y, y), one);
-            self.walkers[1].intervals_across(&self.chains[1], (y, y), two);
+            self.walkers[0].intervals_across(&chains[0], (y, y), one);
+            self.walkers[1].intervals_across(&chains[1], (y, y), two);
             tight::link(one, two, &mut self.homes, links);
         };
         links_at(0.1, &mut self.links);
@@ -242,12 +220,13 @@ impl LinearScratch {
     /// Follows the sides that `self.links` name; false, with nothing done, where a rule gives nothing or sides meet.
     fn follow_links(
         &mut self,
+        sweep: &Sweep<'_>,
         heights: (f64, f64),
-        alpha: f64,
         left: impl Fn(Touch, Touch) -> Option<Touch>,
         right: impl Fn(Touch, Touch) -> Option<Touch>,
     ) -> bool {
-        let chains = (&self.chains[0], &self.chains[1]);
+        let chains = (&sweep.chains[0], &sweep.chains[1]);
+        let alpha = sweep.alpha;
         let (one, two) = (self.walkers[0].strands(), self.walkers[1].strands());
         self.connector.begin_slab(heights.0);
         self.side_ends.clear();
@@ -307,20 +286,20 @@ impl LinearScratch {
         }
         self.connector
             .end_followed(start, &self.side_ends, heights.1);
-        for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+        for (walker, chains) in self.walkers.iter_mut().zip(sweep.chains) {
             walker.advance(chains, heights.1);
         }
         true
     }
 
     /// Interpolates spans slab by slab, between vertices of either view.
-    fn visit_slabs(&mut self, (mut y, end): (f64, f64), sweep: &Sweep) {
+    fn visit_slabs(&mut self, (mut y, end): (f64, f64), sweep: &Sweep<'_>) {
         while y < end {
             let bottom = (self.walkers[0].next_vertex())
                 .min(self.walkers[1].next_vertex())
                 .min(end);
             for ((walker, chains), span) in
-                (self.walkers.iter_mut().zip(&self.chains)).zip(&mut self.spans)
+                (self.walkers.iter_mut().zip(sweep.chains)).zip(&mut self.spans)
             {
                 walker.intervals((y, bottom), span);
                 walker.advance(chains, bottom);
@@ -330,7 +309,7 @@ impl LinearScratch {
         }
     }
 
-    fn visit_slab(&mut self, heights: (f64, f64), sweep: &Sweep) {
+    fn visit_slab(&mut self, heights: (f64, f64), sweep: &Sweep<'_>) {
         let [one, two] = &self.spans;
         let alpha = sweep.alpha;
         if sweep.pairing == Pairing::Tight {
@@ -358,91 +337,6 @@ impl LinearScratch {
         self.span
             .interpolate(heights, (one, two), &rule, alpha, &mut self.connector);
     }
-}
-
-/// How far a sphere about the center reaches, seen from a pair of viewpoints.
-#[derive(Clone, Copy, Debug)]
-struct SphereDepths {
-    /// Distance between the viewpoints.
-    baseline: f64,
-    /// Depth of the center along the frame's forward axis.
-    center_depth: f64,
-}
-
-impl SphereDepths {
-    /// The parallax x₁ − x₂ that points of the sphere can have across a slab.
-    fn parallax(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> Parallax {
-        let (top, bottom) = (
-            self.parallax_at(radius, y_top),
-            self.parallax_at(radius, y_bottom),
-        );
-        Parallax {
-            least: Limit {
-                top: top.0,
-                bottom: bottom.0,
-            },
-            greatest: Limit {
-                top: top.1,
-                bottom: bottom.1,
-            },
-        }
-    }
-
-    /// A range of parallax that is allowed on all scanlines between two heights: the farther from the middle, the narrower.
-    fn narrowest(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> (f64, f64) {
-        self.parallax_at(radius, y_top.abs().max(y_bottom.abs()))
-    }
-
-    /// The least and the greatest parallax on the scanline at height y.
-    ///
-    /// A point at depth z has parallax b/z. The epipolar plane cuts the sphere in a disc whose middle has depth c/(1 + y²).
-    /// Contours are stored to a fraction of a pixel, so that touching rays may miss: hence the slack, which also covers that
-    /// the range is taken as linear within a slab.
-    fn parallax_at(&self, radius: f64, y: f64) -> (f64, f64) {
-        let stretch = 1.0 + y * y;
-        let off_plane = y * y * self.center_depth * self.center_depth / stretch;
-        let reach = ((radius * radius - off_plane).max(0.0) / stretch).sqrt();
-        let middle = self.center_depth / stretch;
-        let nearest = (middle - reach).max(self.baseline / MAX_PARALLAX);
-        let least = self.baseline / (middle + reach);
-        (
-            least - PARALLAX_SLACK,
-            self.baseline / nearest + PARALLAX_SLACK,
-        )
-    }
-}
-
-/// Tangent units: more parallax than rays in front of both views can have.
-const MAX_PARALLAX: f64 = 1e3;
-
-/// Tangent units: about two pixels of a 512² capture.
-const PARALLAX_SLACK: f64 = 3e-3;
-
-fn rectify(
-    seen: &Seen<'_>,
-    frame: &EpipolarFrame,
-    baseline: f64,
-    slack: f64,
-    output: &mut Chains,
-) -> Option<()> {
-    let matrix = frame.epipolar_from_object() * seen.object_from_loops;
-    output.clear();
-    for points in seen.loops.iter() {
-        for &p in points {
-            let ray = matrix * DVec3::new(p.x, p.y, 1.0);
-            let q = project(ray)?;
-            output.push(DVec3::new(q.x, q.y, baseline * p.z / ray.z));
-        }
-        output.close(slack);
-    }
-    output.seal();
-    Some(())
-}
-
-/// The matrix from rectified coordinates of `frame` (with a 1 appended) to rays.
-#[must_use]
-pub(crate) fn object_from_epipolar(frame: &EpipolarFrame) -> DMat3 {
-    DMat3::from_cols(frame.b, frame.u, frame.f)
 }
 
 #[cfg(test)]

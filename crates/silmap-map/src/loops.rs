@@ -47,6 +47,15 @@ impl<P: Copy> Loops<P> {
         }
     }
 
+    /// Ends the loop being written, or drops it where `is_nothing` says so.
+    pub(crate) fn close_unless(&mut self, is_nothing: impl Fn(&[P]) -> bool) {
+        let start = self.finished_points();
+        if is_nothing(&self.points[start..]) {
+            self.points.truncate(start);
+        }
+        self.close();
+    }
+
     /// The points of the loop being written.
     pub(crate) fn open_loop(&mut self) -> &mut Vec<P> {
         &mut self.points

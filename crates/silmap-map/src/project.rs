@@ -12,6 +12,16 @@ pub(crate) struct Projection {
     pub shift: DVec3,
 }
 
+impl Projection {
+    /// The same for loops in other coordinates, given the matrix from these.
+    pub(crate) fn after(&self, matrix: DMat3) -> Self {
+        Self {
+            matrix: self.matrix * matrix,
+            ..*self
+        }
+    }
+}
+
 /// Projects loops to image coordinates, cutting off what lies behind the camera.
 pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut FlatLoops) {
     let project = |p: DVec3| to.matrix * DVec3::new(p.x, p.y, 1.0) + to.shift * p.z;

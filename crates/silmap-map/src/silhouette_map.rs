@@ -22,6 +22,14 @@ pub struct CapturedView {
     pub contours: Vec<ViewContour>,
 }
 
+impl CapturedView {
+    /// Whether every contour vertex has a depth.
+    #[must_use]
+    pub fn has_depth(&self) -> bool {
+        (self.contours.iter()).all(|c| c.depths.len() == c.points.len())
+    }
+}
+
 /// The silhouettes of a model from the vertices of a star-shaped polytope around it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SilhouetteMap {
@@ -69,10 +77,7 @@ impl SilhouetteMap {
     /// Whether every contour vertex has a depth.
     #[must_use]
     pub fn has_depth(&self) -> bool {
-        self.views
-            .iter()
-            .flat_map(|v| &v.contours)
-            .all(|c| c.depths.len() == c.points.len())
+        self.views.iter().all(CapturedView::has_depth)
     }
 
     /// Contour vertices of each view.

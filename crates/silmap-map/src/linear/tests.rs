@@ -1,6 +1,7 @@
 use super::*;
 use crate::loops::FlatLoops;
-use glam::DVec2;
+use crate::rectified::Seen;
+use glam::{DMat3, DVec2};
 use proptest::prelude::*;
 use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};
 use silmap_geometry::{Loop, Mask};
@@ -100,15 +101,11 @@ fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) 
         keeps_all_vertices: true,
         ..LinearScratch::default()
     };
-    let frame = scratch
-        .interpolate(
-            (seen(eyes[0], one), seen(eyes[1], two)),
-            DVec3::ZERO,
-            alpha,
-            pairing,
-            &mut output,
-        )
+    let mut pair = RectifiedPair::default();
+    let frame = pair
+        .assign((seen(eyes[0], one), seen(eyes[1], two)), DVec3::ZERO, 0.0)
         .unwrap();
+    scratch.interpolate(&pair, alpha, pairing, &mut output);
     assert!((frame.b - DVec3::X).length() < 1e-12 && (frame.u - DVec3::NEG_Y).length() < 1e-12);
     let mut flat = FlatLoops::default();
     for points in output.iter() {

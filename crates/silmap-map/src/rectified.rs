@@ -1,0 +1,234 @@
+//! Pairs of silhouettes in the frame they share, and those of polytope edges kept for the next frame.
+//!
+//! Source: Silhouette Mapping, section 5.2, "Epipolar decomposition". Deviation: what a polytope edge allows is prepared once, not
+//! per frame: the two captured silhouettes rectified, cut into chains and sorted. Only the edges used last are kept.
+
+use glam::{DMat3, DVec3};
+
+use crate::chains::Chains;
+use crate::epipolar::{EpipolarFrame, object_from_image, project};
+use crate::loops::DeepLoops;
+use crate::span::{Limit, Parallax};
+use crate::{BoundingSphere, CapturedView, SilhouetteMap};
+
+/// Turns of a contour by less height than this are levelled: about half a pixel of a 512² capture, as far as contours are
+/// simplified. It keeps stretches along the scanlines from falling apart into chains.
+pub(crate) const TURN_TANGENT: f64 = 8e-4;
+
+/// A silhouette seen from somewhere, with the map from its coordinates to rays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen<'a> {
+    /// Viewpoint, object space.
+    pub eye: DVec3,
+    /// The silhouette's loops, even-odd, with inverse depths: those of points at (ray / inverse depth) from the eye.
+    pub loops: &'a DeepLoops,
+    /// From coordinates of the loops (with a 1 appended) to rays from `eye`.
+    pub object_from_loops: DMat3,
+}
+
+/// A pair of silhouettes in a shared frame, ready to be swept.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RectifiedPair {
+    frame: Option<EpipolarFrame>,
+    pub(crate) chains: [Chains; 2],
+    pub(crate) depths: SphereDepths,
+}
+
+impl RectifiedPair {
+    /// Rectifies two silhouettes; returns `None` when they cannot be: viewpoints and center in line, or a ray beside the frame.
+    ///
+    /// Turns by less than `slack`, in tangents, are levelled.
+    pub(crate) fn assign(
+        &mut self,
+        (one, two): (Seen<'_>, Seen<'_>),
+        center: DVec3,
+        slack: f64,
+    ) -> Option<EpipolarFrame> {
+        self.frame = None;
+        let frame = EpipolarFrame::new(one.eye, two.eye, center)?;
+        let baseline = one.eye.distance(two.eye);
+        for (seen, chains) in [one, two].iter().zip(&mut self.chains) {
+            rectify(seen, &frame, baseline, slack, chains)?;
+        }
+        self.depths = SphereDepths {
+            baseline,
+            center_depth: (center - (one.eye + two.eye) * 0.5).dot(frame.f),
+        };
+        self.frame = Some(frame);
+        self.frame
+    }
+
+    /// The shared frame, where the pair could be rectified.
+    pub(crate) fn frame(&self) -> Option<&EpipolarFrame> {
+        self.frame.as_ref()
+    }
+}
+
+/// How far a sphere about the center reaches, seen from a pair of viewpoints.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct SphereDepths {
+    /// Distance between the viewpoints.
+    pub(crate) baseline: f64,
+    /// Depth of the center along the frame's forward axis.
+    center_depth: f64,
+}
+
+impl SphereDepths {
+    /// The parallax x₁ − x₂ that points of the sphere can have across a slab.
+    pub(crate) fn parallax(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> Parallax {
+        let (top, bottom) = (
+            self.parallax_at(radius, y_top),
+            self.parallax_at(radius, y_bottom),
+        );
+        Parallax {
+            least: Limit {
+                top: top.0,
+                bottom: bottom.0,
+            },
+            greatest: Limit {
+                top: top.1,
+                bottom: bottom.1,
+            },
+        }
+    }
+
+    /// A range of parallax that is allowed on all scanlines between two heights: the farther from the middle, the narrower.
+    pub(crate) fn narrowest(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> (f64, f64) {
+        self.parallax_at(radius, y_top.abs().max(y_bottom.abs()))
+    }
+
+    /// The least and the greatest parallax on the scanline at height y.
+    ///
+    /// A point at depth z has parallax b/z. The epipolar plane cuts the sphere in a disc whose middle has depth c/(1 + y²).
+    /// Contours are stored to a fraction of a pixel, so that touching rays may miss: hence the slack, which also covers that
+    /// the range is taken as linear within a slab.
+    fn parallax_at(&self, radius: f64, y: f64) -> (f64, f64) {
+        let stretch = 1.0 + y * y;
+        let off_plane = y * y * self.center_depth * self.center_depth / stretch;
+        let reach = ((radius * radius - off_plane).max(0.0) / stretch).sqrt();
+        let middle = self.center_depth / stretch;
+        let nearest = (middle - reach).max(self.baseline / MAX_PARALLAX);
+        let least = self.baseline / (middle + reach);
+        (
+            least - PARALLAX_SLACK,
+            self.baseline / nearest + PARALLAX_SLACK,
+        )
+    }
+}
+
+/// Tangent units: more parallax than rays in front of both views can have.
+const MAX_PARALLAX: f64 = 1e3;
+
+/// Tangent units: about two pixels of a 512² capture.
+const PARALLAX_SLACK: f64 = 3e-3;
+
+fn rectify(
+    seen: &Seen<'_>,
+    frame: &EpipolarFrame,
+    baseline: f64,
+    slack: f64,
+    output: &mut Chains,
+) -> Option<()> {
+    let matrix = frame.epipolar_from_object() * seen.object_from_loops;
+    output.clear();
+    for points in seen.loops.iter() {
+        for &p in points {
+            let ray = matrix * DVec3::new(p.x, p.y, 1.0);
+            let q = project(ray)?;
+            output.push(DVec3::new(q.x, q.y, baseline * p.z / ray.z));
+        }
+        output.close(slack);
+    }
+    output.seal();
+    Some(())
+}
+
+/// The matrix from rectified coordinates of `frame` (with a 1 appended) to rays.
+#[must_use]
+pub(crate) fn object_from_epipolar(frame: &EpipolarFrame) -> DMat3 {
+    DMat3::from_cols(frame.b, frame.u, frame.f)
+}
+
+/// How many polytope edges are kept rectified: those around a moving eye, and room for its next triangles.
+const EDGES_KEPT: usize = 32;
+
+/// The polytope edges used last, rectified.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EdgeCache {
+    edges: Vec<CachedEdge>,
+    captured: [DeepLoops; 2],
+    clock: u64,
+}
+
+#[derive(Clone, Debug)]
+struct CachedEdge {
+    views: [u32; 2],
+    last_used: u64,
+    pair: RectifiedPair,
+}
+
+impl EdgeCache {
+    /// The silhouettes of two views of `map`, that with the smaller number first; `None` when they cannot be rectified.
+    pub(crate) fn pair(&mut self, map: &SilhouetteMap, views: [u32; 2]) -> Option<&RectifiedPair> {
+        self.clock += 1;
+        let at = match self.edges.iter().position(|e| e.views == views) {
+            Some(at) => at,
+            None => self.prepare(map, views),
+        };
+        let edge = &mut self.edges[at];
+        edge.last_used = self.clock;
+        edge.pair.frame().is_some().then_some(&edge.pair)
+    }
+
+    /// Rectifies a pair in the place of the one that was used longest ago; returns that place.
+    fn prepare(&mut self, map: &SilhouetteMap, views: [u32; 2]) -> usize {
+        if self.edges.len() < EDGES_KEPT {
+            self.edges.push(CachedEdge {
+                views,
+                last_used: 0,
+                pair: RectifiedPair::default(),
+            });
+        }
+        let oldest = (self.edges.iter().enumerate()).min_by_key(|(_, e)| e.last_used);
+        let at = oldest.map_or(0, |(at, _)| at);
+        let sphere = map.bounding_sphere();
+        let [one, two] = views.map(|v| &map.views[v as usize]);
+        for (loops, view) in self.captured.iter_mut().zip([one, two]) {
+            assign_contours(loops, view, sphere);
+        }
+        let seen = |view: &CapturedView, loops| Seen {
+            eye: view.camera.eye,
+            loops,
+            object_from_loops: object_from_image(&view.camera),
+        };
+        let [loops_one, loops_two] = &self.captured;
+        let edge = &mut self.edges[at];
+        edge.views = views;
+        // A pair that cannot be rectified is kept without a frame.
+        let seen = (seen(one, loops_one), seen(two, loops_two));
+        let _ = edge.pair.assign(seen, sphere.center, TURN_TANGENT);
+        at
+    }
+}
+
+/// Copies a view's contours with inverse depths, zero where it has none.
+///
+/// Every point of the model lies in its bounding sphere: a depth outside, as a file may hold, is the nearest in it.
+pub(crate) fn assign_contours(loops: &mut DeepLoops, view: &CapturedView, sphere: BoundingSphere) {
+    let distance = view.camera.eye.distance(sphere.center);
+    let (nearest, farthest) = (distance - sphere.radius, distance + sphere.radius);
+    loops.clear();
+    for contour in &view.contours {
+        if contour.depths.len() == contour.points.len() {
+            for (p, depth) in contour.points.iter().zip(&contour.depths) {
+                loops.push(p.extend(1.0 / depth.max(nearest).min(farthest)));
+            }
+        } else {
+            contour
+                .points
+                .iter()
+                .for_each(|p| loops.push(p.extend(0.0)));
+        }
+        loops.close();
+    }
+}
