@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use crate::side::{Interval, Side, Touch, insertion_sort};
+use crate::side::{Interval, Section, Side, Touch, insertion_sort};
 
 /// A run of edges that go down: vertices `top` to `bottom` by index, in either direction.
 #[derive(Clone, Copy, Debug)]
@@ -201,16 +201,30 @@ impl Strand {
 
     /// Numbers of the vertices between which the chain passes height `y`, edges below where the walk is.
     fn edge_below(&self, chains: &Chains, y: f64) -> (u32, u32) {
-        let (mut near, mut far) = (self.at, self.bottom);
-        while near.abs_diff(far) > 1 {
+        let steps = self.at.abs_diff(self.bottom);
+        let at = |steps: u32| {
+            if self.bottom > self.at {
+                self.at + steps
+            } else {
+                self.at - steps
+            }
+        };
+        // Heights that are asked for mostly lie near: first in growing strides, then by halves.
+        let (mut near, mut stride) = (0, 1);
+        while near + stride < steps && chains.points[at(near + stride) as usize].y < y {
+            near += stride;
+            stride *= 2;
+        }
+        let mut far = (near + stride).min(steps);
+        while far - near > 1 {
             let middle = u32::midpoint(near, far);
-            if chains.points[middle as usize].y < y {
+            if chains.points[at(middle) as usize].y < y {
                 near = middle;
             } else {
                 far = middle;
             }
         }
-        (near, far)
+        (at(near), at(far))
     }
 
     /// The point at a height that may lie edges below.
@@ -350,6 +364,15 @@ impl Walker {
             top: s.at_below(chains, y_top),
             bottom: s.at_below(chains, y_bottom),
         });
+    }
+
+    /// The intervals on the scanline at height `y`, where no chain ends above; vertices before are skipped.
+    pub(crate) fn sections(&self, chains: &Chains, y: f64, output: &mut Vec<Section>) {
+        output.clear();
+        output.extend(self.strands.chunks_exact(2).map(|pair| Section {
+            enter: pair[0].at_below(chains, y),
+            exit: pair[1].at_below(chains, y),
+        }));
     }
 
     fn collect(&self, output: &mut Vec<Interval>, side: impl Fn(&Strand) -> Side) {

@@ -12,13 +12,16 @@ use crate::connect::{Connector, Slack};
 use crate::follow::{FEWEST_FOLLOWED, do_cross, follow_one, follow_pair};
 use crate::loops::DeepLoops;
 use crate::rectified::{RectifiedPair, SphereDepths};
-use crate::side::{Interval, Touch};
+use crate::side::{Interval, Section, Touch};
 use crate::span::{Cuts, PairRule, SpanScratch};
 use crate::tight::{self, GapShifts, Homes, Linked, Origin, Rim};
 
 /// Rectified coordinates are tangents: this is a seventh of a pixel of a 512² capture, less than contours are simplified by.
 /// It keeps the vertices of both views from adding up along straight stretches.
 const SLACK_TANGENT: f64 = 2e-4;
+
+/// On parts of less height, about two pixels of a 512² capture, links are taken to be those half-way.
+const LOW_TANGENT: f64 = 3e-3;
 
 /// Disparities do not move anything by more than themselves, and mostly by a small part.
 const SLACK_DISPARITY: f64 = 10.0 * SLACK_TANGENT;
@@ -46,6 +49,7 @@ pub(crate) enum Pairing {
 pub(crate) struct LinearScratch {
     walkers: [Walker; 2],
     spans: [Vec<Interval>; 2],
+    sections: [Vec<Section>; 2],
     gaps: [GapTracks; 2],
     matching: GapMatching,
     cuts: Cuts,
@@ -205,13 +209,17 @@ impl LinearScratch {
 
     /// Links the intervals of both views; false when the links are not the same all the way down.
     fn find_links(&mut self, chains: &[Chains; 2], (y_top, y_bottom): (f64, f64)) -> bool {
-        let [one, two] = &mut self.spans;
+        let [one, two] = &mut self.sections;
         let mut links_at = |share: f64, links: &mut Vec<Linked>| {
             let y = y_top + (y_bottom - y_top) * share;
-            self.walkers[0].intervals_across(&chains[0], (y, y), one);
-            self.walkers[1].intervals_across(&chains[1], (y, y), two);
+            self.walkers[0].sections(&chains[0], y, one);
+            self.walkers[1].sections(&chains[1], y, two);
             tight::link(one, two, &mut self.homes, links);
         };
+        if y_bottom - y_top < LOW_TANGENT {
+            links_at(0.5, &mut self.links);
+            return true;
+        }
         links_at(0.1, &mut self.links);
         links_at(0.9, &mut self.other_links);
         self.links == self.other_links
@@ -313,7 +321,12 @@ impl LinearScratch {
         let [one, two] = &self.spans;
         let alpha = sweep.alpha;
         if sweep.pairing == Pairing::Tight {
-            tight::link(one, two, &mut self.homes, &mut self.links);
+            for (sections, span) in self.sections.iter_mut().zip(&self.spans) {
+                sections.clear();
+                sections.extend(span.iter().map(|i| i.section(0.5)));
+            }
+            let [sections_one, sections_two] = &self.sections;
+            tight::link(sections_one, sections_two, &mut self.homes, &mut self.links);
             let links = &self.links;
             self.span.unite(heights, &mut self.connector, |output| {
                 tight::interpolate(one, two, links, alpha, output);

@@ -8,7 +8,7 @@
 //! and the tangent is found by one division where the arc in the epipolar plane takes the root of a quadratic. Tangency, and
 //! the order of the error, are the same in both.
 
-use crate::side::{Interval, Side, Touch};
+use crate::side::{Interval, Section, Side, Touch};
 
 /// Which side of the object a ray touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,13 +86,11 @@ fn shifted(side: Side, disparities: f64) -> Side {
 
 /// The interval of the other view's span that holds a touching point, or the nearest: simplified contours may miss a point by
 /// some pixels. The span is not empty.
-fn home(side: Side, disparities: f64, others: &[Interval]) -> usize {
-    let x = shifted(side, disparities).at(0.5);
+fn home(touch: Touch, disparities: f64, others: &[Section]) -> usize {
+    let x = seen_from(touch, disparities).x;
     let mut best = (f64::INFINITY, 0);
     for (k, other) in others.iter().enumerate() {
-        let outside = (other.enter.at(0.5) - x)
-            .max(x - other.exit.at(0.5))
-            .max(0.0);
+        let outside = (other.enter.x - x).max(x - other.exit.x).max(0.0);
         if outside < best.0 {
             best = (outside, k);
         }
@@ -108,10 +106,10 @@ pub(crate) struct Homes {
 }
 
 impl Homes {
-    fn new(interval: &Interval, disparities: f64, others: &[Interval]) -> Self {
+    fn new(section: &Section, disparities: f64, others: &[Section]) -> Self {
         Self {
-            enter: home(interval.enter, disparities, others),
-            exit: home(interval.exit, disparities, others),
+            enter: home(section.enter, disparities, others),
+            exit: home(section.exit, disparities, others),
         }
     }
 }
@@ -150,7 +148,7 @@ impl Linked {
     };
 }
 
-/// Writes how the intervals of two spans, neither empty, are linked to `output`: one entry for every pair where a touching
+/// Writes how the intervals of two spans on one scanline, neither empty, are linked to `output`: one entry for every pair where a touching
 /// point of one interval lies in the other.
 ///
 /// An end of such a pair whose touching points lie in each other's interval is on one rim: the tight rule joins them. Where
@@ -158,8 +156,8 @@ impl Linked {
 ///
 /// `homes` is a buffer.
 pub(crate) fn link(
-    one: &[Interval],
-    two: &[Interval],
+    one: &[Section],
+    two: &[Section],
     homes: &mut Vec<Homes>,
     output: &mut Vec<Linked>,
 ) {
@@ -389,7 +387,9 @@ mod tests {
 
     fn interpolated(wall: &([Interval; 1], [Interval; 2]), alpha: f64) -> Vec<Interval> {
         let (mut links, mut output) = (Vec::new(), Vec::new());
-        link(&wall.0, &wall.1, &mut Vec::new(), &mut links);
+        let middle = |i: &Interval| i.section(0.5);
+        let (one, two) = (wall.0.map(|i| middle(&i)), wall.1.map(|i| middle(&i)));
+        link(&one, &two, &mut Vec::new(), &mut links);
         interpolate(&wall.0, &wall.1, &links, alpha, &mut output);
         output
     }
