@@ -2,62 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::DVec3;
-use silmap_geometry::bvh::Bvh;
 use silmap_geometry::polygon::fill_even_odd;
-use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
-use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour, outline};
-use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
-use silmap_preprocess::dense_map::{self, DenseMapParams};
+use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
+use silmap_map::{Method, Scratch, SilhouetteMap, outline};
 use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate, summarise};
-use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 use silmap_preprocess::{Monitor, models};
-
-fn dense(
-    mesh: &TriangleMesh,
-    views: u32,
-    side: u32,
-    tolerance_px: f64,
-    coverage: CoverageRule,
-) -> (SilhouetteMap, Vec<Mask>) {
-    let bounds = mesh.bounds();
-    let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();
-    let params = CaptureParams {
-        coverage,
-        ..CaptureParams::default()
-    };
-    let closed = ClosedMesh::try_from(mesh.clone()).unwrap();
-    let masks = capture(&closed, &cameras, &params, &Monitor::silent()).unwrap();
-    let tree = Bvh::new(mesh);
-    let contour_params = SimplifyContourParams {
-        tolerance_px,
-        outward_only: coverage == CoverageRule::Any,
-    };
-    let views = cameras
-        .iter()
-        .zip(&masks)
-        .map(|(&camera, mask)| {
-            let loops = simplify_contours(&trace_contours(mask), &contour_params);
-            let depths = tangent_depths(&tree, &bounds, &camera, &loops);
-            let contours = loops
-                .into_iter()
-                .zip(depths)
-                .map(|(points, depths)| ViewContour { points, depths });
-            CapturedView {
-                camera,
-                contours: contours.collect(),
-            }
-        })
-        .collect();
-    let map_params = DenseMapParams {
-        center: bounds.center,
-        radius: bounds.radius,
-        resolution_px: side,
-        tolerance_px,
-        coverage,
-    };
-    (dense_map::build(views, &map_params).unwrap(), masks)
-}
+use silmap_tests::dense_maps::dense;
 
 fn misclassified_at_views(map: &SilhouetteMap, masks: &[Mask], moved: f64, method: Method) -> f64 {
     let mut scratch = Scratch::new(map).unwrap();

@@ -36,6 +36,13 @@ impl Chains {
         self.loop_start = 0;
     }
 
+    /// Makes room for loops of so many points in all.
+    pub(crate) fn reserve(&mut self, n_points: usize) {
+        // Each loop of at least three points ends where it begins.
+        self.points.reserve(n_points + n_points / 3);
+        self.chains.reserve(n_points);
+    }
+
     /// Appends a point to the loop being written.
     pub(crate) fn push(&mut self, point: DVec3) {
         self.points.push(point);
@@ -184,17 +191,20 @@ impl Strand {
             Touch {
                 x: a.x,
                 disparity: a.z,
+                slide: 0.0,
             }
         } else if y >= b.y {
             Touch {
                 x: b.x,
                 disparity: b.z,
+                slide: 0.0,
             }
         } else {
             let share = (y - a.y) * self.inverse_height;
             Touch {
                 x: a.x + (b.x - a.x) * share,
                 disparity: a.z + (b.z - a.z) * share,
+                slide: 0.0,
             }
         }
     }
@@ -238,6 +248,7 @@ impl Strand {
         Touch {
             x: p.x,
             disparity: p.z,
+            slide: 0.0,
         }
     }
 

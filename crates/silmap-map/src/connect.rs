@@ -5,7 +5,7 @@
 //! side ends on a border from left to right, every second gap between neighbours belongs to that exclusive-or, and each
 //! such pair joins one side that arrives to one that departs: so the loops close for every topology, by construction.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec4, Vec4Swizzles};
 
 use crate::loops::DeepLoops;
 use crate::side::{Interval, Side};
@@ -27,7 +27,7 @@ struct SideRun {
     last: u32,
     is_left: bool,
     /// The point above the lowest.
-    above: DVec3,
+    above: DVec4,
     /// The side whose walk follows.
     next: u32,
 }
@@ -42,7 +42,7 @@ struct End {
 /// Collects slabs from top to bottom.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Connector {
-    points: Vec<DVec3>,
+    points: Vec<DVec4>,
     /// Per point of a side that has another after it on the walk: that one.
     following: Vec<u32>,
     sides: Vec<SideRun>,
@@ -77,7 +77,7 @@ impl Connector {
     }
 
     /// The points so far: those of a side are appended here from top to bottom before it is added.
-    pub(crate) fn points(&mut self) -> &mut Vec<DVec3> {
+    pub(crate) fn points(&mut self) -> &mut Vec<DVec4> {
         &mut self.points
     }
 
@@ -117,7 +117,7 @@ impl Connector {
     }
 
     /// Lets a side reach down to `point`; where it goes straight on, its lowest point moves there.
-    fn extend_side(&mut self, side: u32, point: DVec3) {
+    fn extend_side(&mut self, side: u32, point: DVec4) {
         let side = &mut self.sides[side as usize];
         let lowest = if side.is_left { side.first } else { side.last };
         let reached = self.points[lowest as usize];
@@ -267,7 +267,7 @@ impl Connector {
 }
 
 /// Whether `b`, at a height between `a` and `c`, lies on the line between them but for rounding.
-fn is_straight(a: DVec3, b: DVec3, c: DVec3) -> bool {
+fn is_straight(a: DVec4, b: DVec4, c: DVec4) -> bool {
     const ROUNDING: f64 = 1e-9;
     let (ab, ac) = (b - a, c - a);
     let is_on = |part: f64, whole: f64| (part * ac.y - whole * ab.y).abs() <= ROUNDING * ac.y;
@@ -281,10 +281,10 @@ fn is_straight(a: DVec3, b: DVec3, c: DVec3) -> bool {
 /// distance.
 struct Sleeve<'a> {
     slack: Slack,
-    points: &'a mut Vec<DVec3>,
+    points: &'a mut Vec<DVec4>,
     /// The last kept point, and the one after it, which may yet be dropped.
-    anchor: Option<DVec3>,
-    last: DVec3,
+    anchor: Option<DVec4>,
+    last: DVec4,
     /// Directions that bound the cone, in the order of turning.
     low: DVec2,
     high: DVec2,
@@ -299,12 +299,12 @@ fn is_steeper(one: (f64, f64), two: (f64, f64)) -> bool {
 }
 
 impl<'a> Sleeve<'a> {
-    fn new(slack: Slack, points: &'a mut Vec<DVec3>) -> Self {
+    fn new(slack: Slack, points: &'a mut Vec<DVec4>) -> Self {
         Self {
             slack,
             points,
             anchor: None,
-            last: DVec3::ZERO,
+            last: DVec4::ZERO,
             low: DVec2::ZERO,
             high: DVec2::ZERO,
             least: (0.0, 1.0),
@@ -312,21 +312,21 @@ impl<'a> Sleeve<'a> {
         }
     }
 
-    fn append(&mut self, point: DVec3) {
+    fn append(&mut self, point: DVec4) {
         let Some(anchor) = self.anchor else {
             self.keep(point);
             return;
         };
-        if point.truncate() == self.last.truncate() {
+        if point.xy() == self.last.xy() {
             return;
         }
-        let v = (point - anchor).truncate();
+        let v = (point - anchor).xy();
         let rise = point.z - anchor.z;
         // The greater of the two coordinates stands for the length: at most a root of two too short.
         let distance = v.abs().max_element();
         let is_open = self.low == DVec2::ZERO;
         if !is_open {
-            let reached = (self.last - anchor).truncate();
+            let reached = (self.last - anchor).xy();
             let is_ahead = (v - reached).dot(reached) >= 0.0;
             let is_within = self.low.perp_dot(v) >= 0.0
                 && v.perp_dot(self.high) >= 0.0
@@ -344,7 +344,7 @@ impl<'a> Sleeve<'a> {
     }
 
     /// Keeps a point, from which everything is open again.
-    fn keep(&mut self, point: DVec3) {
+    fn keep(&mut self, point: DVec4) {
         self.points.push(point);
         self.anchor = Some(point);
         self.last = point;
@@ -376,14 +376,14 @@ impl<'a> Sleeve<'a> {
     /// Ends the loop that starts at `first`.
     fn finish(self, first: usize) {
         let kept = [self.points.get(first), self.anchor.as_ref()];
-        let is_kept = |p: &DVec3| p.truncate() == self.last.truncate();
+        let is_kept = |p: &DVec4| p.xy() == self.last.xy();
         if !kept.into_iter().flatten().any(is_kept) {
             self.points.push(self.last);
         }
     }
 }
 
-fn deep_point(side: Side, share: f64, y: f64) -> DVec3 {
+fn deep_point(side: Side, share: f64, y: f64) -> DVec4 {
     let touch = side.touch_at(share);
-    DVec3::new(touch.x, y, touch.disparity)
+    DVec4::new(touch.x, y, touch.disparity, touch.slide)
 }

@@ -1,6 +1,6 @@
 //! Following the sides of silhouettes from vertex to vertex.
 
-use glam::DVec3;
+use glam::DVec4;
 
 use crate::chains::{Chains, Strand};
 use crate::side::Touch;
@@ -16,14 +16,14 @@ pub(crate) fn follow_pair(
     [mut one, mut two]: [Strand; 2],
     (y_top, y_bottom): (f64, f64),
     rule: impl Fn(Touch, Touch) -> Option<Touch>,
-    points: &mut Vec<DVec3>,
+    points: &mut Vec<DVec4>,
 ) -> bool {
     let mut y = y_top;
     loop {
         let Some(touch) = rule(one.at(y), two.at(y)) else {
             return false;
         };
-        points.push(DVec3::new(touch.x, y, touch.disparity));
+        points.push(DVec4::new(touch.x, y, touch.disparity, touch.slide));
         if y >= y_bottom {
             return true;
         }
@@ -43,12 +43,12 @@ pub(crate) fn follow_one(
     mut strand: Strand,
     (y_top, y_bottom): (f64, f64),
     disparities: f64,
-    points: &mut Vec<DVec3>,
+    points: &mut Vec<DVec4>,
 ) -> bool {
     let mut y = y_top;
     loop {
         let touch = tight::seen_from(strand.at(y), disparities);
-        points.push(DVec3::new(touch.x, y, touch.disparity));
+        points.push(DVec4::new(touch.x, y, touch.disparity, touch.slide));
         if y >= y_bottom {
             return true;
         }
@@ -58,12 +58,12 @@ pub(crate) fn follow_one(
 }
 
 /// Whether two sides over the same heights meet: each vertex of one is compared with the other at its height.
-pub(crate) fn do_cross(left: &[DVec3], right: &[DVec3]) -> bool {
+pub(crate) fn do_cross(left: &[DVec4], right: &[DVec4]) -> bool {
     is_beyond(left, right, 1.0) || is_beyond(right, left, -1.0)
 }
 
 /// Whether a vertex of `line` lies beyond `other` in the direction of `sign`.
-fn is_beyond(line: &[DVec3], other: &[DVec3], sign: f64) -> bool {
+fn is_beyond(line: &[DVec4], other: &[DVec4], sign: f64) -> bool {
     let mut k = 0;
     line.iter().any(|p| {
         while k + 2 < other.len() && other[k + 1].y < p.y {

@@ -17,7 +17,7 @@ use crate::intersect::{IntersectScratch, is_speck};
 use crate::linear::{LinearScratch, Pairing};
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::polytope::{Location, Polytope, PolytopeError};
-use crate::project::{Projection, project_loops};
+use crate::project::{Projection, Round, project_loops};
 use crate::rectified::{
     EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
 };
@@ -319,12 +319,12 @@ impl TriangleInterpolator {
             Method::Paper => {
                 let last = opposite_to_nearest_edge(&between);
                 let object_from_loops = self.two_steps(&between, last, Pairing::Cliques)?;
-                let to_camera = to_camera.after(object_from_loops);
+                let to_camera = to_camera.after_frame(object_from_loops);
                 project_loops(&self.inner, &to_camera, &mut self.layers[0]);
             }
             Method::Tight => {
                 let object_from_loops = self.along_longest_edge(&between, Pairing::Tight)?;
-                let to_camera = to_camera.after(object_from_loops);
+                let to_camera = to_camera.after_frame(object_from_loops);
                 project_loops(&self.inner, &to_camera, &mut self.layers[0]);
             }
             Method::Hull => {
@@ -332,7 +332,7 @@ impl TriangleInterpolator {
                 for last in 0..3 {
                     let object_from_loops =
                         self.two_steps(&between, last, Pairing::Within { radius })?;
-                    let to_camera = to_camera.after(object_from_loops);
+                    let to_camera = to_camera.after_frame(object_from_loops);
                     project_loops(&self.inner, &to_camera, &mut self.layers[last]);
                 }
             }
@@ -438,6 +438,9 @@ impl TriangleInterpolator {
     }
 }
 
+/// An eye closer than this to the located point, in radii of the bounding sphere, is there.
+const ON_POLYTOPE: f64 = 1e-9;
+
 /// How the outline from the located point is carried to the eye.
 fn projection(
     between: &Between<'_>,
@@ -448,9 +451,13 @@ fn projection(
 ) -> Projection {
     let image_from_rays = image_from_object(camera);
     if has_depth && transfer == Transfer::Depths {
+        let offset = camera.eye - location.point;
+        let radius = between.map.radius;
+        let round = Round { offset, radius };
         return Projection {
             matrix: image_from_rays,
-            shift: image_from_rays * (location.point - camera.eye),
+            shift: -(image_from_rays * offset),
+            round: (offset.length() > ON_POLYTOPE * radius).then_some(round),
         };
     }
     let [a, b, c] = [0, 1, 2].map(|k| between.eye(k));
@@ -459,6 +466,7 @@ fn projection(
     Projection {
         matrix: image_from_rays * homography,
         shift: DVec3::ZERO,
+        round: None,
     }
 }
 

@@ -4,7 +4,7 @@
 //! intersection does too, and it is the same whatever order comes first. The regions nearly coincide and have few crossings,
 //! which suits the slab sweep: within a slab every side is linear, and slabs are split where sides cross.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 
 use crate::chains::{Chains, Strand, Walker};
 use crate::connect::{Connector, Slack};
@@ -65,7 +65,7 @@ impl IntersectScratch {
         output.clear();
         for points in self.loops.iter() {
             for p in points {
-                output.push(p.truncate());
+                output.push(p.xy());
             }
             output.close_unless(is_speck);
         }
@@ -252,7 +252,7 @@ fn follow_last(
     mut strands: [Strand; 3],
     (y_top, y_bottom): (f64, f64),
     sign: f64,
-    points: &mut Vec<DVec3>,
+    points: &mut Vec<DVec4>,
 ) {
     let last = |xs: &[f64; 3]| (xs[0] * sign).max(xs[1] * sign).max(xs[2] * sign) * sign;
     let mut y = y_top;
@@ -262,10 +262,11 @@ fn follow_last(
         if let Some((old, y_old)) = before {
             for share in crossings(&old, &xs).into_iter().flatten() {
                 let mixed = [0, 1, 2].map(|k: usize| old[k] + (xs[k] - old[k]) * share);
-                points.push(DVec3::new(last(&mixed), y_old + (y - y_old) * share, 0.0));
+                let y = y_old + (y - y_old) * share;
+                points.push(DVec4::new(last(&mixed), y, 0.0, 0.0));
             }
         }
-        points.push(DVec3::new(last(&xs), y, 0.0));
+        points.push(DVec4::new(last(&xs), y, 0.0, 0.0));
         if y >= y_bottom {
             return;
         }

@@ -4,7 +4,7 @@
 //! connect them. Deviation: where either view has one interval, its sides are followed from vertex to vertex until a chain
 //! ends; only where there are several are spans visited slab by slab.
 
-use glam::DVec3;
+use glam::DVec4;
 
 use crate::chains::{Chains, Walker};
 use crate::clique::{GapMatching, GapTracks};
@@ -107,7 +107,11 @@ impl LinearScratch {
             output,
         );
         let inverse_depth = 1.0 / pair.depths.baseline;
-        output.transform(|p| DVec3::new(p.x, p.y, p.z * inverse_depth));
+        output.transform(|p| {
+            // Depth is baseline over disparity.
+            let slide = if p.w == 0.0 { 0.0 } else { -p.w / (p.z * p.z) };
+            DVec4::new(p.x, p.y, p.z * inverse_depth, slide)
+        });
     }
 
     /// Tracks and matches the gaps of both views; false when one has none, so that there is nothing to cut.

@@ -1,6 +1,6 @@
 //! Closed loops in one flat buffer, so that a chain of steps reuses its storage.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec4};
 use silmap_geometry::Loop;
 
 /// Closed loops of some kind of point, one after the other: loop i ends before `ends[i]`.
@@ -13,8 +13,9 @@ pub struct Loops<P> {
 /// Loops in a plane.
 pub type FlatLoops = Loops<DVec2>;
 
-/// Loops in an image whose third coordinate is the inverse depth of the point that is seen there.
-pub(crate) type DeepLoops = Loops<DVec3>;
+/// Loops in an image. The third coordinate is the inverse depth of the point that is seen there; the fourth is how fast that point's
+/// depth changes per unit of the way along the pair of views it was interpolated between, zero where that is not known.
+pub(crate) type DeepLoops = Loops<DVec4>;
 
 impl<P> Default for Loops<P> {
     fn default() -> Self {

@@ -204,6 +204,12 @@ impl EdgeCache {
         let [loops_one, loops_two] = &self.captured;
         let edge = &mut self.edges[at];
         edge.views = views;
+        // Room for the largest contours at once, so that places need not grow as other edges come.
+        let most = map.contour_vertex_counts().max().unwrap_or(0);
+        for chains in &mut edge.pair.chains {
+            chains.clear();
+            chains.reserve(most);
+        }
         // A pair that cannot be rectified is kept without a frame.
         let seen = (seen(one, loops_one), seen(two, loops_two));
         let _ = edge.pair.assign(seen, sphere.center, TURN_TANGENT);
@@ -221,13 +227,14 @@ pub(crate) fn assign_contours(loops: &mut DeepLoops, view: &CapturedView, sphere
     for contour in &view.contours {
         if contour.depths.len() == contour.points.len() {
             for (p, depth) in contour.points.iter().zip(&contour.depths) {
-                loops.push(p.extend(1.0 / depth.max(nearest).min(farthest)));
+                let inverse = 1.0 / depth.max(nearest).min(farthest);
+                loops.push(p.extend(inverse).extend(0.0));
             }
         } else {
             contour
                 .points
                 .iter()
-                .for_each(|p| loops.push(p.extend(0.0)));
+                .for_each(|p| loops.push(p.extend(0.0).extend(0.0)));
         }
         loops.close();
     }

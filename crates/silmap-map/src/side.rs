@@ -7,6 +7,9 @@ pub(crate) struct Touch {
     pub x: f64,
     /// Disparity of the point between the two views of the pair: baseline over depth.
     pub disparity: f64,
+    /// How the disparity changes with the viewpoint's place between the two views, where the rule knows it: what is touched
+    /// slides along the ray, the faster the flatter the object is there.
+    pub slide: f64,
 }
 
 impl Touch {
@@ -16,6 +19,7 @@ impl Touch {
         Self {
             x: mix(self.x, other.x),
             disparity: mix(self.disparity, other.disparity),
+            slide: mix(self.slide, other.slide),
         }
     }
 }
@@ -53,6 +57,7 @@ impl Side {
             Touch {
                 x: mix(self.top.x, self.bottom.x),
                 disparity: mix(self.top.disparity, self.bottom.disparity),
+                slide: mix(self.top.slide, self.bottom.slide),
             }
         }
     }

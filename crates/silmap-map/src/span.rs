@@ -60,6 +60,7 @@ fn moved(side: Side, parallax: Limit, factor: f64) -> Side {
     let at = |t: Touch, disparity: f64| Touch {
         x: t.x + factor * disparity,
         disparity,
+        slide: 0.0,
     };
     Side {
         top: at(side.top, parallax.top),

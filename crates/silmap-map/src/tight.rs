@@ -47,6 +47,7 @@ pub(crate) fn between(one: Touch, two: Touch, alpha: f64, rim: Rim) -> Touch {
     Touch {
         x: linear.x + leave * arrive * turn,
         disparity: crossing + rest * rest * g_one + tau * tau * g_two,
+        slide: 2.0 * (tau * g_two - rest * g_one) * (-g_one * g_two * turn * turn),
     }
 }
 
@@ -313,6 +314,7 @@ mod tests {
         Touch {
             x: px - alpha * pd,
             disparity: pd,
+            slide: radius / length.powi(3),
         }
     }
 
@@ -320,6 +322,7 @@ mod tests {
         Touch {
             x: -t.x,
             disparity: -t.disparity,
+            slide: -t.slide,
         }
     }
 
@@ -333,6 +336,7 @@ mod tests {
             let (tight, linear) = (between(one, two, alpha, Rim::Left), one.lerp(two, alpha));
             prop_assert!((tight.x - truth.x).abs() < 0.06 * (linear.x - truth.x).abs());
             prop_assert!(linear.x < truth.x, "the linear rule is conservative");
+            prop_assert!((tight.slide / truth.slide - 1.0).abs() < 0.3, "{} for {}", tight.slide, truth.slide);
             let right = between(mirrored(one), mirrored(two), alpha, Rim::Right);
             prop_assert!((right.x + tight.x).abs() < 1e-12 && (right.disparity + tight.disparity).abs() < 1e-12);
         }
@@ -341,7 +345,7 @@ mod tests {
         #[test]
         fn a_point_is_itself(x in -1.0..1.0_f64, d in 1.0..2.0_f64, alpha in 0.0..1.0_f64) {
             for rim in [Rim::Left, Rim::Right] {
-                let seen = between(Touch { x, disparity: d }, Touch { x: x - d, disparity: d }, alpha, rim);
+                let seen = between(point(x, d), point(x - d, d), alpha, rim);
                 prop_assert!((seen.x - (x - alpha * d)).abs() < 1e-12 && (seen.disparity - d).abs() < 1e-9);
             }
         }
@@ -353,7 +357,7 @@ mod tests {
                 // The pair at `from` and `from + step`, in coordinates of that pair.
                 let seen = |alpha: f64| {
                     let t = left_of_disc(0.0, 1.0, radius, alpha);
-                    Touch { x: t.x, disparity: t.disparity * step }
+                    Touch { x: t.x, disparity: t.disparity * step, slide: 0.0 }
                 };
                 let (one, two) = (seen(from), seen(from + step));
                 (between(one, two, 0.3, Rim::Left).x - seen(from + 0.3 * step).x).abs()
@@ -362,8 +366,16 @@ mod tests {
         }
     }
 
+    fn point(x: f64, disparity: f64) -> Touch {
+        Touch {
+            x,
+            disparity,
+            slide: 0.0,
+        }
+    }
+
     fn upright(x: f64, disparity: f64) -> Side {
-        let touch = Touch { x, disparity };
+        let touch = point(x, disparity);
         Side {
             top: touch,
             bottom: touch,

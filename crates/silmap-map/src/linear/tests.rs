@@ -1,7 +1,7 @@
 use super::*;
 use crate::loops::FlatLoops;
 use crate::rectified::Seen;
-use glam::{DMat3, DVec2};
+use glam::{DMat3, DVec2, DVec3, Vec4Swizzles};
 use proptest::prelude::*;
 use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};
 use silmap_geometry::{Loop, Mask};
@@ -83,7 +83,9 @@ fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) 
     let deep = [one, two].map(|loops| {
         let mut deep = DeepLoops::default();
         for points in loops.iter() {
-            points.iter().for_each(|p| deep.push(p.extend(1.0 / 3.0)));
+            points
+                .iter()
+                .for_each(|p| deep.push(p.extend(1.0 / 3.0).extend(0.0)));
             deep.close();
         }
         deep
@@ -109,7 +111,7 @@ fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) 
     assert!((frame.b - DVec3::X).length() < 1e-12 && (frame.u - DVec3::NEG_Y).length() < 1e-12);
     let mut flat = FlatLoops::default();
     for points in output.iter() {
-        points.iter().for_each(|p| flat.push(p.truncate() / SCALE));
+        points.iter().for_each(|p| flat.push(p.xy() / SCALE));
         flat.close();
     }
     flat
