@@ -582,6 +582,19 @@ fn what_cannot_be_written_is_said_before_the_work() {
             out.display()
         );
     }
+    for (out, says) in [
+        (&outs[0], "the folder does not exist"),
+        (&outs[1], "not a directory"),
+        (
+            &folder.join("out.xyz"),
+            "out.xyz: cannot be written as this kind of file",
+        ),
+    ] {
+        let ended = run(&["hull", model, "-o", path(out)]);
+        check_one_sentence(&ended, path(out));
+        assert!(ended.err.contains(says), "{}", ended.err);
+        assert!(!ended.err.contains(".part"), "{}", ended.err);
+    }
     for command in [
         vec!["hull", model, "-o", path(&outs[1])],
         vec!["generate", "torus", "-o", path(&outs[1])],
