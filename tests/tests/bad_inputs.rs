@@ -122,13 +122,20 @@ fn files_without_a_mesh_are_refused_in_one_sentence() {
 }
 
 const GLTF_REFUSED: [(&str, &str); 9] = [
-    ("index-out-of-range.gltf", "index"),
+    (
+        "index-out-of-range.gltf",
+        "mesh 0, primitive 0: index 255 out of range",
+    ),
     ("missing-buffer.gltf", "`BoxTextured0.bin` not found"),
     ("truncated-chunk.glb", "truncated"),
     ("bad-magic.glb", "not a binary glTF"),
     ("length-mismatch.glb", "length in the header is wrong"),
     ("bad-json.glb", "JSON chunk cannot be read"),
-    ("index-out-of-bounds.gltf", "index"),
+    // Its positions have no buffer view, which says more than the index does.
+    (
+        "index-out-of-bounds.gltf",
+        "accessors[1].bufferView: Missing data",
+    ),
     ("node-loop.gltf", "node loop"),
     ("no-mesh.glb", "no mesh"),
 ];

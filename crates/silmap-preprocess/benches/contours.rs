@@ -7,6 +7,8 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use image::{GrayImage, Luma};
+use imageproc::contours::find_contours;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_preprocess::capture::cpu::rasterise;
@@ -40,14 +42,35 @@ fn rasterising(c: &mut Criterion) {
     }
 }
 
+/// Beside `imageproc`, which follows pixel centres and does not tell how loops lie in each other by their direction.
 fn tracing(c: &mut Criterion) {
+    for (name, mesh) in [
+        ("knot", models::trefoil_knot(FACES)),
+        ("organic", models::organic(FACES)),
+    ] {
+        for side in [512, 1024, 2048] {
+            let mut mask = Mask::new(side, side);
+            draw(&mesh, &view(&mesh, side), CoverageRule::Center, &mut mask);
+            let id = BenchmarkId::new(format!("trace/{name}"), side);
+            c.bench_with_input(id, &mask, |b, mask| {
+                b.iter(|| trace_contours(black_box(mask)));
+            });
+            let picture = GrayImage::from_fn(side, side, |x, y| {
+                Luma([u8::from(mask.get(x.into(), y.into()))])
+            });
+            let id = BenchmarkId::new(format!("trace by imageproc/{name}"), side);
+            c.bench_with_input(id, &picture, |b, picture| {
+                b.iter(|| find_contours::<u32>(black_box(picture)));
+            });
+        }
+    }
+}
+
+fn simplifying(c: &mut Criterion) {
     let mesh = models::trefoil_knot(FACES);
     for side in [512, 1024, 2048] {
         let mut mask = Mask::new(side, side);
         draw(&mesh, &view(&mesh, side), CoverageRule::Center, &mut mask);
-        c.bench_with_input(BenchmarkId::new("trace", side), &mask, |b, mask| {
-            b.iter(|| trace_contours(black_box(mask)));
-        });
         let traced = trace_contours(&mask);
         for outward_only in [false, true] {
             let params = SimplifyContourParams {
@@ -78,5 +101,5 @@ fn depths(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, rasterising, tracing, depths);
+criterion_group!(benches, rasterising, tracing, simplifying, depths);
 criterion_main!(benches);

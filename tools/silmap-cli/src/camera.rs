@@ -18,7 +18,7 @@ pub(crate) fn camera_from_args(
     radius: f64,
 ) -> anyhow::Result<Camera> {
     let DVec3 { x, y, z } = args.eye;
-    make(args, center, radius).with_context(|| format!("--eye {x},{y},{z}"))
+    make(args, center, radius).with_context(|| format!("--eye {x:?},{y:?},{z:?}"))
 }
 
 fn make(args: &CameraArgs, center: DVec3, radius: f64) -> Result<Camera, CameraError> {

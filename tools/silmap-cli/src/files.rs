@@ -30,7 +30,8 @@ pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Lo
         close_holes: mending.close_holes,
         repair: mending.repair,
     };
-    let loaded = mesh_io::load(path, &options).with_context(|| path.display().to_string())?;
+    // Its errors name the file already.
+    let loaded = mesh_io::load(path, &options)?;
     for warning in &loaded.warnings {
         output::warn(&format!("{}: {warning}", path.display()));
     }

@@ -75,26 +75,6 @@ impl OutputFile {
         Ok(())
     }
 
-    /// As [`OutputFile::write`], for writers that take a path. The path they get has the final one's extension.
-    ///
-    /// # Errors
-    /// As [`OutputFile::write`], and what `fill` says.
-    pub(crate) fn write_by(
-        &self,
-        fill: impl FnOnce(&Path) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
-        interrupt::check()?;
-        if self.kind == Target::Special {
-            return fill(&self.path);
-        }
-        let temporary = self.temporary()?.into_temp_path();
-        fill(&temporary)?;
-        interrupt::check()?;
-        temporary
-            .persist(&self.path)
-            .with_context(|| format!("{}: it cannot be written", self.path.display()))
-    }
-
     /// An empty file beside the final one, removed when it is dropped.
     fn temporary(&self) -> anyhow::Result<tempfile::NamedTempFile> {
         let folder = match self.path.parent() {
@@ -116,12 +96,11 @@ impl OutputFile {
             builder.permissions(fs::Permissions::from_mode(NEW_FILE_MODE));
         }
         builder.tempfile_in(folder).map_err(|error| {
+            // The kind, not the error itself, which names the temporary file.
             let reason = match error.kind() {
-                ErrorKind::NotFound => "the folder does not exist".to_owned(),
+                ErrorKind::NotFound if !folder.exists() => "the folder does not exist".to_owned(),
                 ErrorKind::PermissionDenied => "no permission to write there".to_owned(),
-                // The inner error: the outer one names the temporary file, which means nothing to anybody.
-                _ => std::error::Error::source(&error)
-                    .map_or_else(|| error.to_string(), ToString::to_string),
+                kind => kind.to_string(),
             };
             anyhow::anyhow!(
                 "{}: nothing can be written to the folder {}: {reason}",

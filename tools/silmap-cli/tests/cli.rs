@@ -541,8 +541,8 @@ fn a_broken_asset_is_refused() {
     ] {
         broken.push((format!("cut at {part}"), good[..part].to_vec()));
     }
-    let stride = good.len() / 40;
-    for place in (0..24).chain((0..40).map(|k| k * stride + 7)) {
+    let stride = good.len() / 300;
+    for place in (0..24).chain((0..300).map(|k| k * stride + 7)) {
         let mut bytes = good.clone();
         bytes[place] ^= 0x10;
         broken.push((format!("byte {place} flipped"), bytes));
@@ -581,6 +581,19 @@ fn what_cannot_be_written_is_said_before_the_work() {
             "{}",
             out.display()
         );
+    }
+    for (out, says) in [
+        (&outs[0], "the folder does not exist"),
+        (&outs[1], "not a directory"),
+        (
+            &folder.join("out.xyz"),
+            "out.xyz: cannot be written as this kind of file",
+        ),
+    ] {
+        let ended = run(&["hull", model, "-o", path(out)]);
+        check_one_sentence(&ended, path(out));
+        assert!(ended.err.contains(says), "{}", ended.err);
+        assert!(!ended.err.contains(".part"), "{}", ended.err);
     }
     for command in [
         vec!["hull", model, "-o", path(&outs[1])],

@@ -34,6 +34,7 @@ pub(super) fn read(bytes: &[u8], is_binary: bool, folder: &Path) -> Result<RawMe
     let part = if is_binary { "chunk " } else { "" };
     let fault = |reason: String| {
         let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
+        let reason = reason.trim_end_matches(';').to_owned();
         MeshFault::Gltf(GltfFault::Json { part, reason })
     };
     let root = gltf::json::Root::from_slice(json).map_err(|e| fault(e.to_string()))?;

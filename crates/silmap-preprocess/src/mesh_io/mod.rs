@@ -27,7 +27,7 @@ use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, holes, repair};
 pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError};
 use self::raw::RawMesh;
 use self::weld::{Welded, weld};
-pub use self::write::write;
+pub use self::write::{check_output, encode, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.

@@ -2,7 +2,8 @@
 //!
 //! Read by hand because no kept crate does. Comments, counts on the keyword's line, and what the keyword announces after
 //! the coordinates are understood: normals, then colours (`COFF`), then texture coordinates, of which only colours are
-//! taken. Colours per face and the binary variant are not read. Vertices count from 0, faces from 1.
+//! taken. Faces may be followed by a colour; it counts where vertices have none. A face's single number, which picks from
+//! a colour map that nobody has, and the binary variant are not read. Vertices count from 0, faces from 1.
 
 use glam::DVec3;
 
@@ -53,12 +54,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     for (vertex, &(number, line)) in (0..).zip(vertex_lines) {
         raw.mesh.positions.push(read_vertex(number, line, vertex)?);
         if let Some(at) = colour_at {
-            let colour = three_numbers(line.split_whitespace().skip(at));
-            let is_known = |c: &[f64; 3]| c.iter().all(|x| x.is_finite() && *x >= 0.0);
-            colours.push(colour.filter(is_known).map(|c| c.map(|x| x as f32)));
+            colours.push(read_colour(line.split_whitespace().skip(at)));
         }
     }
-    let mut corners = Vec::new();
+    let (mut corners, mut face_colours) = (Vec::new(), Vec::new());
     for face in 0..face_count {
         let missing = MeshFault::Missing {
             element: "face",
@@ -66,11 +65,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
             count: face_count,
         };
         let &(number, line) = face_lines.get(face as usize).ok_or(missing)?;
-        read_face(line, face, vertex_lines.len(), &mut corners)
+        let colour = read_face(line, face, vertex_lines.len(), &mut corners)
             .map_err(|fault| MeshFault::at_line(number, fault))?;
+        face_colours.push(colour);
         raw.push_polygon(&corners, PolygonLook::default());
     }
-    raw.spread_vertex_colours(&colours);
+    if !raw.spread_vertex_colours(&colours) {
+        raw.spread_face_colours(&face_colours);
+    }
     Ok(raw.finish())
 }
 
@@ -116,12 +118,20 @@ fn read_vertex(number: usize, line: &str, vertex: u64) -> Result<DVec3, MeshFaul
     Err(MeshFault::at_line(number, fault))
 }
 
+/// Red, green and blue, if there are that many numbers that can be a colour.
+fn read_colour<'a>(words: impl Iterator<Item = &'a str>) -> Option<[f32; 3]> {
+    let is_known = |c: &[f64; 3]| c.iter().all(|x| x.is_finite() && *x >= 0.0);
+    let colour = three_numbers(words).filter(is_known)?;
+    Some(colour.map(|x| x as f32))
+}
+
+/// Reads a face into `corners`; gives the colour behind them.
 fn read_face(
     line: &str,
     face: u64,
     vertex_count: usize,
     corners: &mut Vec<u32>,
-) -> Result<(), LineFault> {
+) -> Result<Option<[f32; 3]>, LineFault> {
     let form = LineFault::FaceLine {
         face: face + 1,
         form: FACE_FORM,
@@ -157,5 +167,5 @@ fn read_face(
             }
         }
     }
-    Ok(())
+    Ok(read_colour(words))
 }

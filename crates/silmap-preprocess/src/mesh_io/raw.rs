@@ -85,32 +85,23 @@ impl RawMesh {
         }
     }
 
-    /// Gives every corner the colour of its vertex; unknown ones are white. They are sRGB from 0 to 1, or to 255 where
-    /// a file says so by a larger number.
-    pub(super) fn spread_vertex_colours(&mut self, colours: &[Option<[f32; 3]>]) {
-        if colours.iter().all(Option::is_none) {
+    /// Gives every corner the colour of its vertex, see [`linear_colours`]; says whether any is known.
+    pub(super) fn spread_vertex_colours(&mut self, colours: &[Option<[f32; 3]>]) -> bool {
+        let Some(linear) = linear_colours(colours) else {
+            return false;
+        };
+        let colours_of = |face: &[u32; 3]| face.map(|v| linear[v as usize]);
+        self.mesh.appearance.corner_colours = self.mesh.faces.iter().map(colours_of).collect();
+        true
+    }
+
+    /// Gives every corner the colour of the file's face it belongs to, see [`linear_colours`]; nothing when none is known.
+    pub(super) fn spread_face_colours(&mut self, colours: &[Option<[f32; 3]>]) {
+        let Some(linear) = linear_colours(colours) else {
             return;
-        }
-        let largest = colours
-            .iter()
-            .flatten()
-            .flatten()
-            .fold(0.0_f32, |a, &b| a.max(b));
-        let scale = if largest > 1.0 { 1.0 / 255.0 } else { 1.0 };
-        let linear: Vec<[f32; 3]> = colours
-            .iter()
-            .map(|c| {
-                c.map_or([1.0; 3], |c| {
-                    c.map(|x| lighting::linear_from_srgb((x * scale).min(1.0)))
-                })
-            })
-            .collect();
-        self.mesh.appearance.corner_colours = self
-            .mesh
-            .faces
-            .iter()
-            .map(|face| face.map(|v| linear[v as usize]))
-            .collect();
+        };
+        let colours_of = |&face: &u32| [linear[face as usize]; 3];
+        self.mesh.appearance.corner_colours = self.face_of.iter().map(colours_of).collect();
     }
 
     /// Completes the looks of faces that have none while others do, and drops looks that cannot be seen.
@@ -156,4 +147,15 @@ impl RawMesh {
             self.warnings.push(warning);
         }
     }
+}
+
+/// The colours a file has, which are sRGB from 0 to 1, or to 255 where one of them is larger than 1; unknown ones become
+/// white. `None` when none is known.
+fn linear_colours(colours: &[Option<[f32; 3]>]) -> Option<Vec<[f32; 3]>> {
+    let known = || colours.iter().flatten().flatten();
+    known().next()?;
+    let largest = known().fold(0.0_f32, |a, &b| a.max(b));
+    let scale = if largest > 1.0 { 1.0 / 255.0 } else { 1.0 };
+    let linear = |c: [f32; 3]| c.map(|x| lighting::linear_from_srgb((x * scale).min(1.0)));
+    Some(colours.iter().map(|c| c.map_or([1.0; 3], linear)).collect())
 }

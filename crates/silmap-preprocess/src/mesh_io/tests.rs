@@ -143,6 +143,13 @@ fn off_takes_the_colours_that_the_keyword_announces() {
     let text = "CNOFF\n".to_owned() + &body(normals.each_ref().map(String::as_str));
     let raw = read(text.as_bytes(), "off").unwrap();
     assert_eq!(raw.mesh.appearance.corner_colours[0], wanted);
+    // A face's own colour counts where its vertices have none.
+    let cornered = body([""; 4]).replace("\n3 0 3 2\n", "\n3 0 3 2 0 0 0\n");
+    let text = "COFF\n".to_owned() + &body(bytes).replace("\n3 0 3 2\n", "\n3 0 3 2 0 0 0\n");
+    let raw = read(text.as_bytes(), "off").unwrap();
+    assert_eq!(raw.mesh.appearance.corner_colours[0], wanted);
+    let raw = read(("COFF\n".to_owned() + &cornered).as_bytes(), "off").unwrap();
+    assert_eq!(raw.mesh.appearance.corner_colours[3], [[0.0; 3]; 3]);
     // Nothing is announced, or nothing is there.
     for text in [
         "OFF\n".to_owned() + &body(bytes),
@@ -150,6 +157,30 @@ fn off_takes_the_colours_that_the_keyword_announces() {
     ] {
         let raw = read(text.as_bytes(), "off").unwrap();
         assert!(raw.mesh.appearance.is_plain(), "{text}");
+    }
+}
+
+#[test]
+fn off_takes_the_colours_behind_faces() {
+    // A pyramid on a square; the last face has a number that would pick from a colour map.
+    let text = |red: &str, blue: &str| {
+        format!(
+            "OFF\n5 5 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n\
+             4 0 3 2 1 {red}\n3 0 1 4 {blue} # front\n3 1 2 4\n3 2 3 4 1 # no\n3 3 0 4 7\n"
+        )
+    };
+    let (red, blue, white) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]);
+    for text in [
+        text("255 0 0", "0 0 255 128"),
+        text("1.0 0 0 0.75", "0 0 1"),
+    ] {
+        let raw = read(text.as_bytes(), "off").unwrap();
+        let wanted = [red, red, blue, white, white, white].map(|c| [c; 3]);
+        assert_eq!(raw.mesh.appearance.corner_colours, wanted, "{text}");
+    }
+    for plain in [text("", ""), text("nan 0 0", "3 4"), text("-1 0 0", "")] {
+        let raw = read(plain.as_bytes(), "off").unwrap();
+        assert!(raw.mesh.appearance.is_plain(), "{plain}");
     }
 }
 

@@ -14,32 +14,53 @@ use serde_json::json;
 use silmap_geometry::TriangleMesh;
 use silmap_geometry::lighting::srgb_from_linear;
 
+use super::at;
 use super::error::{MeshFault, MeshIoError};
 
 const KNOWN_OUTPUTS: &str = ".obj, .ply, .off, .stl, .glb";
+
+/// What makes a file's bytes of a mesh.
+type Encoder = fn(&TriangleMesh) -> Result<Vec<u8>, MeshFault>;
 
 /// Writes a mesh in the format that the file's extension names.
 ///
 /// # Errors
 /// When the extension is not one of those written, or the file cannot be written; no file is left then.
 pub fn write(path: &Path, mesh: &TriangleMesh) -> Result<(), MeshIoError> {
+    let bytes = encode(path, mesh)?;
+    write_whole(path, &bytes).map_err(|fault| at(path, fault))
+}
+
+/// The bytes of a mesh in the format that the file's extension names.
+///
+/// # Errors
+/// When the extension is not one of those written, or the format cannot hold the mesh.
+pub fn encode(path: &Path, mesh: &TriangleMesh) -> Result<Vec<u8>, MeshIoError> {
+    encoder(path)
+        .and_then(|encode| encode(mesh))
+        .map_err(|fault| at(path, fault))
+}
+
+/// Makes sure that the file's extension names a format that is written: before long work, whose end would be too late.
+///
+/// # Errors
+/// When it is not.
+pub fn check_output(path: &Path) -> Result<(), MeshIoError> {
+    encoder(path).map(drop).map_err(|fault| at(path, fault))
+}
+
+fn encoder(path: &Path) -> Result<Encoder, MeshFault> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let written = match extension.as_deref() {
-        Some("obj") => Ok(obj(mesh).into_bytes()),
-        Some("off") => Ok(off(mesh).into_bytes()),
-        Some("ply") => Ok(ply(mesh)),
-        Some("stl") => stl(mesh),
-        Some("glb") => Ok(glb(mesh)),
+    match extension.as_deref() {
+        Some("obj") => Ok(|mesh| Ok(obj(mesh).into_bytes())),
+        Some("off") => Ok(|mesh| Ok(off(mesh).into_bytes())),
+        Some("ply") => Ok(|mesh| Ok(ply(mesh))),
+        Some("stl") => Ok(stl),
+        Some("glb") => Ok(|mesh| Ok(glb(mesh))),
         _ => Err(MeshFault::UnknownOutput {
             known: KNOWN_OUTPUTS,
         }),
-    };
-    written
-        .and_then(|bytes| write_whole(path, &bytes))
-        .map_err(|fault| MeshIoError {
-            path: path.to_owned(),
-            fault,
-        })
+    }
 }
 
 /// Writes beside the file first, then renames.

@@ -273,7 +273,7 @@ fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 }
 
 fn write_mesh(path: &Path, mesh: &TriangleMesh) -> anyhow::Result<()> {
-    OutputFile::check(path)?.write_by(|at| Ok(mesh_io::write(at, mesh)?))
+    OutputFile::check(path)?.write(&mesh_io::encode(path, mesh)?)
 }
 
 fn tell(args: &DemoArgs, bytes: usize, seconds: f64) -> anyhow::Result<()> {

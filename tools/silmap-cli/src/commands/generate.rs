@@ -17,9 +17,10 @@ struct Generated<'a> {
 }
 
 pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<()> {
+    mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
     let mesh = generate(args.kind, args.faces as usize);
-    file.write_by(|path| Ok(mesh_io::write(path, &mesh)?))?;
+    file.write(&mesh_io::encode(&args.out, &mesh)?)?;
     if args.output.json {
         return output::print_json(&Generated {
             out: &args.out,

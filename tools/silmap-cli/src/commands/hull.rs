@@ -33,6 +33,7 @@ struct HullJson {
 }
 
 pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
+    mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
     let model = load_model(&args.model, args.mending)?;
     let params = params_from_args(args, model.mesh.bounds().radius);
@@ -53,7 +54,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         };
         hull::verify(enclosed, enclosing, &VerifyParams::default())
     });
-    file.write_by(|path| Ok(mesh_io::write(path, &hull)?))?;
+    file.write(&mesh_io::encode(&args.out, &hull)?)?;
     let (volume, original_volume) = (hull.volume(), model.mesh.mesh().volume());
     let result = HullJson {
         faces: hull.faces.len(),

@@ -35,12 +35,16 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let file = OutputFile::check(&args.out)?;
     let (asset, _) = read_asset(&args.asset)?;
     let camera = camera_from_args(&args.camera, asset.map.center, asset.map.radius)?;
+    // Before the device, which is not needed to say what is wrong with it.
+    let model = match args.model.as_deref().filter(|_| mode.needs_model()) {
+        Some(path) => Some((path, load_model_of(&asset, path, args.mending)?)),
+        None => None,
+    };
     let gpu = open_gpu()?;
     let named = || args.asset.display().to_string();
     let mut renderer = Renderer::new(&gpu, RendererOptions::default());
     renderer.load_asset(&gpu, &asset).with_context(named)?;
-    if let Some(path) = args.model.as_deref().filter(|_| mode.needs_model()) {
-        let model = load_model_of(&asset, path, args.mending)?;
+    if let Some((path, model)) = model {
         renderer
             .load_model(&gpu, model.mesh.mesh())
             .with_context(|| path.display().to_string())?;

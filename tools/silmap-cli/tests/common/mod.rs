@@ -91,6 +91,9 @@ pub(crate) fn check_one_sentence(ended: &Ended, what: &str) {
         ended.err
     );
     assert!(!ended.err.contains("panicked"), "{what}: {}", ended.err);
+    let mut parts = error["silmap: error: ".len()..].split(": ");
+    let file = parts.next();
+    assert_ne!(file, parts.next(), "{what}: says it twice");
 }
 
 /// An empty folder for one test.

@@ -1,0 +1,216 @@
+//! Mesh and eyes moved together: outlines follow, from capture to interpolation.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use glam::{DMat3, DVec3};
+use silmap_geometry::polygon::fill_even_odd;
+use silmap_geometry::{Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
+use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour, outline};
+use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
+use silmap_preprocess::dense_map::{self, DenseMapParams};
+use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
+use silmap_preprocess::trace::trace_contours;
+use silmap_preprocess::{Monitor, models};
+
+const FACES: usize = 2_000;
+const VIEWS: u32 = 80;
+const SIDE_PX: u32 = 160;
+const TOLERANCE_PX: f64 = 0.5;
+
+/// Share of the inside that may differ where pixels on the rim fall otherwise, and contours are thinned out otherwise.
+const RIM_SHARE: f64 = 0.01;
+/// Share that differs at least when outlines from different eyes are compared.
+const MIXED_UP_SHARE: f64 = 0.05;
+
+/// A similarity: what is moved by it looks the same, or mirrored.
+#[derive(Clone, Copy)]
+struct Motion {
+    linear: DMat3,
+    offset: DVec3,
+}
+
+impl Motion {
+    fn scale(&self) -> f64 {
+        self.linear.determinant().abs().cbrt()
+    }
+
+    fn is_mirroring(&self) -> bool {
+        self.linear.determinant() < 0.0
+    }
+
+    fn point(&self, p: DVec3) -> DVec3 {
+        self.linear * p + self.offset
+    }
+
+    fn mesh(&self, mesh: &TriangleMesh) -> TriangleMesh {
+        let mut moved = mesh.clone();
+        for p in &mut moved.positions {
+            *p = self.point(*p);
+        }
+        if self.is_mirroring() {
+            moved.faces.iter_mut().for_each(|face| face.swap(1, 2));
+        }
+        moved
+    }
+
+    /// The camera that sees the moved object as `camera` sees the object; after mirroring, left and right are exchanged.
+    fn camera(&self, camera: &Camera) -> Camera {
+        let turn = |v: DVec3| self.linear * v / self.scale();
+        let sign = if self.is_mirroring() { -1.0 } else { 1.0 };
+        Camera {
+            eye: self.point(camera.eye),
+            right: turn(camera.right) * sign,
+            up: turn(camera.up),
+            forward: turn(camera.forward),
+            ..*camera
+        }
+    }
+}
+
+/// The map of a moved mesh, seen by the moved cameras.
+fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> SilhouetteMap {
+    let bounds = mesh.bounds();
+    let mesh = motion.mesh(mesh);
+    let cameras: Vec<Camera> = cameras.iter().map(|c| motion.camera(c)).collect();
+    let closed = ClosedMesh::try_from(mesh.clone()).unwrap();
+    let masks = capture(
+        &closed,
+        &cameras,
+        &CaptureParams::default(),
+        &Monitor::silent(),
+    )
+    .unwrap();
+    let (tree, moved_bounds) = (Bvh::new(&mesh), mesh.bounds());
+    let params = SimplifyContourParams {
+        tolerance_px: TOLERANCE_PX,
+        outward_only: false,
+    };
+    let views = cameras.iter().zip(&masks).map(|(&camera, mask)| {
+        let loops = simplify_contours(&trace_contours(mask), &params);
+        let depths = tangent_depths(&tree, &moved_bounds, &camera, &loops);
+        let contours = loops.into_iter().zip(depths);
+        CapturedView {
+            camera,
+            contours: contours
+                .map(|(points, depths)| ViewContour { points, depths })
+                .collect(),
+        }
+    });
+    let params = DenseMapParams {
+        center: motion.point(bounds.center),
+        radius: bounds.radius * motion.scale(),
+        resolution_px: SIDE_PX,
+        tolerance_px: TOLERANCE_PX,
+        coverage: CoverageRule::Center,
+    };
+    dense_map::build(views.collect(), &params).unwrap()
+}
+
+/// Outlines as masks.
+fn outlines(map: &SilhouetteMap, cameras: &[Camera], method: Method) -> Vec<Mask> {
+    let mut scratch = Scratch::new(map).unwrap();
+    let drawn = cameras.iter().map(|camera| {
+        let found = outline(map, camera, method, &mut scratch).unwrap();
+        let mut mask = Mask::new(SIDE_PX, SIDE_PX);
+        fill_even_odd(found.simple_loops(), &mut mask);
+        mask
+    });
+    drawn.collect()
+}
+
+fn flipped(mask: &Mask) -> Mask {
+    let mut turned = Mask::new(SIDE_PX, SIDE_PX);
+    for y in 0..SIDE_PX {
+        for x in 0..SIDE_PX {
+            turned.set(SIDE_PX - 1 - x, y, mask.get(x.into(), y.into()));
+        }
+    }
+    turned
+}
+
+/// Share of the inside in which two rows of masks differ, on average.
+fn share_different(a: &[Mask], b: &[Mask]) -> f64 {
+    assert!(!a.is_empty() && a.len() == b.len(), "nothing is compared");
+    let shares = a.iter().zip(b);
+    let sum: f64 = shares
+        .map(|(a, b)| a.count_different(b) as f64 / a.count() as f64)
+        .sum();
+    sum / a.len() as f64
+}
+
+/// For each method, how much outlines differ when mesh and eyes are moved together, and when the eyes are mixed up.
+fn differences(motion: &Motion) -> Vec<(Method, f64, f64)> {
+    const STAY: Motion = Motion {
+        linear: DMat3::IDENTITY,
+        offset: DVec3::ZERO,
+    };
+    let mesh = models::trefoil_knot(FACES);
+    let bounds = mesh.bounds();
+    let cameras = view_sphere(&bounds, 3.0 * bounds.radius, VIEWS, SIDE_PX).unwrap();
+    // Neither views nor on an edge between two; some inside the view sphere, some outside.
+    let eyes = view_sphere(&bounds, 2.5 * bounds.radius, 7, SIDE_PX).unwrap();
+    let far = view_sphere(&bounds, 4.0 * bounds.radius, 5, SIDE_PX).unwrap();
+    let eyes = [eyes, far].concat();
+    let moved_eyes: Vec<Camera> = eyes.iter().map(|c| motion.camera(c)).collect();
+    let still = map_of(&mesh, &cameras, &STAY);
+    let moved = map_of(&mesh, &cameras, motion);
+    let as_before = |masks: Vec<Mask>| -> Vec<Mask> {
+        if motion.is_mirroring() {
+            masks.iter().map(flipped).collect()
+        } else {
+            masks
+        }
+    };
+    let measure = |method| {
+        let wanted = outlines(&still, &eyes, method);
+        let followed = as_before(outlines(&moved, &moved_eyes, method));
+        // The next eye's in place of each: the metric must not pass over that.
+        let mut mixed_up = followed.clone();
+        mixed_up.rotate_left(1);
+        (
+            method,
+            share_different(&wanted, &followed),
+            share_different(&wanted, &mixed_up),
+        )
+    };
+    Method::ALL.into_iter().map(measure).collect()
+}
+
+#[test]
+fn outlines_keep_their_pixels_when_the_scene_is_scaled() {
+    // A power of two, so that nothing is rounded otherwise.
+    let motion = Motion {
+        linear: DMat3::from_diagonal(DVec3::splat(8.0)),
+        offset: DVec3::ZERO,
+    };
+    for (method, followed, mixed_up) in differences(&motion) {
+        assert_eq!(followed, 0.0, "{method:?}");
+        assert!(mixed_up > MIXED_UP_SHARE, "{method:?}: {mixed_up}");
+    }
+}
+
+#[test]
+fn outlines_follow_when_the_scene_is_turned_and_shifted() {
+    let axis = DVec3::new(1.0, -2.0, 0.5).normalize_or_zero();
+    let motion = Motion {
+        linear: DMat3::from_axis_angle(axis, 1.1),
+        offset: DVec3::new(0.7, -3.0, 11.0),
+    };
+    for (method, followed, mixed_up) in differences(&motion) {
+        println!("{method:?}: {followed:.5}, mixed up {mixed_up:.3}");
+        assert!(followed < RIM_SHARE, "{method:?}: {followed}");
+        assert!(mixed_up > MIXED_UP_SHARE, "{method:?}: {mixed_up}");
+    }
+}
+
+#[test]
+fn outlines_are_mirrored_when_the_scene_is() {
+    let motion = Motion {
+        linear: DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)),
+        offset: DVec3::ZERO,
+    };
+    for (method, followed, mixed_up) in differences(&motion) {
+        println!("{method:?}: {followed:.5}, mixed up {mixed_up:.3}");
+        assert!(followed < RIM_SHARE, "{method:?}: {followed}");
+        assert!(mixed_up > MIXED_UP_SHARE, "{method:?}: {mixed_up}");
+    }
+}
