@@ -261,8 +261,13 @@ fn drawn(title: &str, (x_axis, y_axis): (Axis<'_>, Axis<'_>), series: &[Series])
             });
             // Round ticks but no wider than the data: half of a decade would be empty else.
             const ROOM: f64 = 1.15;
+            const LABEL_ROOM: f64 = 1.5;
+            let has_labels = series.iter().any(|s| s.look == Look::Labelled);
+            let left_room = if has_labels { LABEL_ROOM } else { ROOM };
             let ticks = powers_of_two_or(scale, (from, to));
-            let x_range = (from / ROOM..to * ROOM).log_scale().with_key_points(ticks);
+            let x_range = (from / left_room..to * ROOM)
+                .log_scale()
+                .with_key_points(ticks);
             draw(&area, (x_range, y_range), names, &series)?;
         } else {
             draw(&area, (0.0..100.0, y_range), names, &series)?;
@@ -333,19 +338,19 @@ where
         .map(|(s, p)| (s, chart.backend_coord(&p)))
         .collect();
     for (s, at) in apart(labelled) {
-        let label = text_style(s.colour).pos(Pos::new(HPos::Left, VPos::Center));
+        let label = text_style(s.colour).pos(Pos::new(HPos::Right, VPos::Center));
         area.draw(&Text::new(s.name.clone(), at, label))?;
     }
     draw_legend(area, series)
 }
 
-/// Places for labels to the right of points, moved down where they would lie on each other.
+/// Places for labels to the left of points, moved down where they would lie on each other.
 fn apart<T>(mut labels: Vec<(T, (i32, i32))>) -> Vec<(T, (i32, i32))> {
     const LINE: i32 = 17;
     labels.sort_by_key(|l| l.1.1);
     let mut next = i32::MIN;
     for (_, (x, y)) in &mut labels {
-        *x += 10;
+        *x -= 10;
         *y = (*y - 1).max(next);
         next = *y + LINE;
     }

@@ -73,7 +73,7 @@ fn opening(report: &Report<'_>) -> Markup {
     html! {
         p {
             "A hull of " (grouped(asset.hull.faces.len() as u64)) " textured triangles stands for a mesh of "
-            (grouped(asset.record.model_faces)) ". Its outline is interpolated from "
+            (grouped(asset.record.model_faces)) " faces. Its outline is interpolated from "
             (asset.map.views.len()) " silhouettes that were captured around it."
         }
         ul.figures {
