@@ -13,11 +13,11 @@ use crate::palette;
 
 /// Epipolar lines that are drawn.
 const LINES: usize = 26;
-/// Side of a panel and the gap between panels, in the drawing's units.
+/// Width of a panel and the room around its contours, in the drawing's units.
 const PANEL: f64 = 300.0;
-const GAP: f64 = 16.0;
-/// Room above for the panels' names.
-const HEAD: f64 = 26.0;
+const MARGIN: f64 = 8.0;
+/// Room above for the panel's name.
+const HEAD: f64 = 24.0;
 
 /// Colours of the first, second, third … span of a line.
 const SPANS: [palette::Rgb; 4] = [
@@ -34,8 +34,12 @@ struct Panel {
     loops: Vec<Loop>,
 }
 
-/// The drawing of one pair, with the numbers of its views; `None` when the map has no pair that can be rectified.
-pub(crate) fn epipolar_picture(map: &SilhouetteMap, method: Method) -> Option<(String, [u32; 2])> {
+/// The drawings of one pair, from view to view, with the numbers of the two; `None` when the map has no pair that can be
+/// rectified.
+pub(crate) fn epipolar_pictures(
+    map: &SilhouetteMap,
+    method: Method,
+) -> Option<(Vec<String>, [u32; 2])> {
     let pair = telling_pair(map)?;
     let [one, two] = pair.map(|v| &map.views[v as usize]);
     let frame = EpipolarFrame::new(one.camera.eye, two.camera.eye, map.center)?;
@@ -54,7 +58,7 @@ pub(crate) fn epipolar_picture(map: &SilhouetteMap, method: Method) -> Option<(S
         },
     ];
     panels.retain(|p| !p.loops.is_empty());
-    Some((drawing(&panels)?, pair))
+    Some((drawings(&panels), pair))
 }
 
 /// The polytope edge whose two silhouettes have most contours, and of these the longest.
@@ -117,83 +121,74 @@ fn crossings(loops: &[Loop], y: f64) -> Vec<f64> {
     places
 }
 
-fn drawing(panels: &[Panel]) -> Option<String> {
+/// One drawing for each panel, all at one scale and height; none when there is nothing to draw.
+fn drawings(panels: &[Panel]) -> Vec<String> {
     let all = || panels.iter().flat_map(|p| &p.loops).flatten();
     let low = all().fold(DVec2::INFINITY, |m, p| m.min(*p));
     let high = all().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p));
     let extent = (high - low).max_element();
-    if !(extent.is_finite() && extent > 0.0) {
-        return None;
+    if extent.is_finite() && extent > 0.0 {
+        let draw = |panel| drawing(panel, low, high);
+        panels.iter().map(draw).collect()
+    } else {
+        Vec::new()
     }
-    let scale = (PANEL - 16.0) / extent;
-    let width = (PANEL + GAP) * panels.len() as f64 - GAP;
-    let height = HEAD + (high.y - low.y) * scale + 16.0;
+}
+
+/// A panel whose contours lie between two corners.
+fn drawing(panel: &Panel, low: DVec2, high: DVec2) -> String {
+    let scale = (PANEL - 2.0 * MARGIN) / (high - low).max_element();
+    let height = HEAD + (high.y - low.y) * scale + 2.0 * MARGIN;
+    let middle = f64::midpoint(low.x, high.x);
+    let place = |p: DVec2| {
+        DVec2::new(
+            0.5 * PANEL + (p.x - middle) * scale,
+            HEAD + MARGIN + (p.y - low.y) * scale,
+        )
+    };
+    let (ink, grey) = (palette::hex(palette::INK), palette::hex(palette::RIGHT));
     let mut svg = format!(
-        "<svg class=\"chart\" viewBox=\"0 0 {width} {height:.0}\" role=\"img\" aria-label=\"Epipolar decomposition\">"
+        "<svg class=\"chart\" viewBox=\"0 0 {PANEL} {height:.0}\" role=\"img\" aria-label=\"Epipolar lines of {0}\">\
+         <text x=\"{1}\" y=\"16\" text-anchor=\"middle\" font-size=\"14\" fill=\"{ink}\">{0}</text><path d=\"",
+        panel.name,
+        0.5 * PANEL
     );
-    let ink = palette::hex(palette::INK);
-    let step = (high.y - low.y) / LINES as f64;
-    for (k, panel) in panels.iter().enumerate() {
-        let left = k as f64 * (PANEL + GAP);
-        let middle = f64::midpoint(low.x, high.x);
-        let place = |p: DVec2| {
-            DVec2::new(
-                left + 0.5 * PANEL + (p.x - middle) * scale,
-                HEAD + 8.0 + (p.y - low.y) * scale,
-            )
-        };
-        push(
-            &mut svg,
-            format_args!(
-                "<text x=\"{:.1}\" y=\"16\" text-anchor=\"middle\" font-size=\"16\" fill=\"{ink}\">{}</text><path d=\"",
-                left + 0.5 * PANEL,
-                panel.name
-            ),
-        );
-        for points in &panel.loops {
-            for (i, p) in points.iter().enumerate() {
-                let (at, verb) = (place(*p), if i == 0 { 'M' } else { 'L' });
-                push(&mut svg, format_args!("{verb}{:.2} {:.2}", at.x, at.y));
-            }
-            svg.push('Z');
+    for points in &panel.loops {
+        for (i, p) in points.iter().enumerate() {
+            let (at, verb) = (place(*p), if i == 0 { 'M' } else { 'L' });
+            push(&mut svg, format_args!("{verb}{:.2} {:.2}", at.x, at.y));
         }
+        svg.push('Z');
+    }
+    push(
+        &mut svg,
+        format_args!("\" fill=\"{grey}\" fill-opacity=\"0.25\" stroke=\"{ink}\"/>"),
+    );
+    let step = (high.y - low.y) / LINES as f64;
+    for line in 0..LINES {
+        let y = low.y + (line as f64 + 0.5) * step;
+        let down = place(DVec2::new(middle, y)).y;
         push(
             &mut svg,
             format_args!(
-                "\" fill=\"{}\" fill-opacity=\"0.25\" stroke=\"{ink}\" stroke-width=\"1\"/>",
-                palette::hex(palette::RIGHT)
+                "<path d=\"M0 {down:.1}H{PANEL}\" stroke=\"{}\"/>",
+                palette::hex(palette::GRID)
             ),
         );
-        for line in 0..LINES {
-            let y = low.y + (line as f64 + 0.5) * step;
-            let ends = [left, left + PANEL];
-            let down = place(DVec2::new(middle, y)).y;
+        let crossings = crossings(&panel.loops, y);
+        for (n, span) in crossings.chunks_exact(2).enumerate() {
+            let [from, to] = [span[0], span[1]].map(|x| place(DVec2::new(x, y)).x);
             push(
                 &mut svg,
                 format_args!(
-                    "<path d=\"M{:.1} {down:.1}H{:.1}\" stroke=\"{}\" stroke-width=\"1\"/>",
-                    ends[0],
-                    ends[1],
-                    palette::hex(palette::GRID)
+                    "<path d=\"M{from:.1} {down:.1}H{to:.1}\" stroke=\"{}\" stroke-width=\"2.5\"/>",
+                    palette::hex(SPANS[n % SPANS.len()])
                 ),
             );
-            for (n, span) in crossings(&panel.loops, y).chunks_exact(2).enumerate() {
-                let (from, to) = (
-                    place(DVec2::new(span[0], y)).x,
-                    place(DVec2::new(span[1], y)).x,
-                );
-                push(
-                    &mut svg,
-                    format_args!(
-                        "<path d=\"M{from:.1} {down:.1}H{to:.1}\" stroke=\"{}\" stroke-width=\"2.5\"/>",
-                        palette::hex(SPANS[n % SPANS.len()])
-                    ),
-                );
-            }
         }
     }
     svg.push_str("</svg>");
-    Some(svg)
+    svg
 }
 
 fn push(svg: &mut String, part: std::fmt::Arguments<'_>) {
@@ -227,13 +222,15 @@ mod tests {
     }
 
     #[test]
-    fn panels_stand_side_by_side() {
+    fn every_panel_has_a_drawing_of_its_own() {
         let panel = |name: &str| Panel {
             name: name.to_owned(),
             loops: vec![square(-0.2, 0.2)],
         };
-        let svg = drawing(&[panel("one"), panel("two")]).unwrap();
-        assert!(svg.contains("one") && svg.contains("two") && svg.contains("viewBox=\"0 0 616 "));
-        assert_eq!(drawing(&[]), None);
+        let drawn = drawings(&[panel("one"), panel("two")]);
+        assert_eq!(drawn.len(), 2);
+        assert!(drawn[0].contains(">one<") && drawn[1].contains(">two<"));
+        assert!(drawn[1].contains("viewBox=\"0 0 300 324\""), "{}", drawn[1]);
+        assert!(drawings(&[]).is_empty());
     }
 }

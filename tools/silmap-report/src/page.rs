@@ -7,7 +7,7 @@ use silmap_map::Method;
 use crate::contour_generator::{contour_generator_pictures, telling_view};
 use crate::difference::{closer_look, difference, silhouette};
 use crate::direction_map::{direction_map, shared_scale};
-use crate::epipolar_picture::epipolar_picture;
+use crate::epipolar_picture::epipolar_pictures;
 use crate::numbers::contour_counts;
 use crate::polytope_picture::polytope_picture;
 use crate::{
@@ -294,7 +294,7 @@ fn inside(report: &Report<'_>) -> Markup {
     let generator = telling_view(map)
         .and_then(|view| contour_generator_pictures(view, map, report.model).ok())
         .unwrap_or_default();
-    let epipolar = epipolar_picture(map, Method::best_for(map));
+    let epipolar = epipolar_pictures(map, Method::best_for(map));
     html! {
         section {
             h2 { "How it works" }
@@ -307,10 +307,10 @@ fn inside(report: &Report<'_>) -> Markup {
                     pictures: generator,
                 }))
             }
-            @if let Some((svg, [one, two])) = epipolar {
+            @if let Some((drawings, [one, two])) = epipolar {
                 h3 { "A pair of views, plane by plane" }
                 figure {
-                    (PreEscaped(svg))
+                    div.panels { @for svg in drawings { (PreEscaped(svg)) } }
                     figcaption {
                         "The contours of views " (one) " and " (two) " rectified: equal height is the same epipolar plane, in \
                          which the spans of both views bound those of every view between them. First, second and further \

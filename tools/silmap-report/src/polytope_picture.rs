@@ -26,9 +26,9 @@ const DISTANCE_REL: f64 = 3.2;
 const FACE_OPACITY: f32 = 0.45;
 const FACE: Rgb = [0x9d, 0xb8, 0xd6];
 const EDGES: Stroke = Stroke {
-    colour: [0x1d, 0x3f, 0x66],
+    colour: [0x3c, 0x72, 0xac],
     width_px: 1.0,
-    opacity: 0.85,
+    opacity: 0.95,
     hidden_opacity: 0.06,
 };
 const VIEWPOINTS: Stroke = Stroke {

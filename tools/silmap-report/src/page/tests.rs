@@ -140,7 +140,8 @@ fn the_page_holds_what_it_was_given() {
         "Simplification curve",
         "Error by direction, method tight",
         "A contour in space",
-        "Epipolar decomposition",
+        "Epipolar lines of view",
+        "halfway",
         "eye 0,0.5,4",
     ] {
         assert!(html.contains(part), "{part} is missing");
