@@ -10,11 +10,14 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
-use silmap_map::{InterpolateError, Method, Polytope, PolytopeError, Scratch, SilhouetteMap};
+use silmap_map::{
+    InterpolateError, Interpolation, Method, Polytope, PolytopeError, Scratch, SilhouetteMap,
+    Transfer,
+};
 use thiserror::Error;
 
-use crate::capture::CaptureError;
 use crate::capture::cpu::rasterise;
+use crate::capture::{CaptureError, spiral_directions};
 use crate::progress::{Interrupted, Monitor, Stage};
 
 /// Where the test viewpoints lie, along random directions from the center.
@@ -55,6 +58,8 @@ pub struct EvaluateParams {
     pub place: Place,
     /// The methods to measure.
     pub methods: Vec<Method>,
+    /// How outlines are carried off the polytope.
+    pub transfer: Transfer,
     /// Side of the square test images, pixels.
     pub size_px: u32,
 }
@@ -66,6 +71,7 @@ impl Default for EvaluateParams {
             seed: 1,
             place: Place::Polytope,
             methods: Method::ALL.to_vec(),
+            transfer: Transfer::default(),
             size_px: 512,
         }
     }
@@ -158,6 +164,20 @@ pub fn viewpoints(
     Ok(eyes.collect())
 }
 
+/// Viewpoints on the polytope in `count` directions that are spread evenly over the sphere, always the same ones.
+///
+/// # Errors
+/// When the map is not a star-shaped polytope.
+pub fn spread_viewpoints(map: &SilhouetteMap, count: u32) -> Result<Vec<DVec3>, PolytopeError> {
+    let polytope = Polytope::new(map)?;
+    let eyes = spiral_directions(count).into_iter().map(|direction| {
+        polytope
+            .locate(map.center + direction, 0)
+            .map_or(map.center, |at| at.point)
+    });
+    Ok(eyes.collect())
+}
+
 /// Misclassified and escaped shares of a prediction against the true mask.
 #[must_use]
 pub fn compare(predicted: &Mask, truth: &Mask) -> (f64, f64) {
@@ -168,8 +188,8 @@ pub fn compare(predicted: &Mask, truth: &Mask) -> (f64, f64) {
     )
 }
 
-/// Measures the interpolated silhouettes of `map` against pictures of `model`: per viewpoint, in their order and that of
-/// the methods.
+/// Measures the interpolated silhouettes of `map` against pictures of `model` at [`viewpoints`]: per viewpoint, in their order
+/// and that of the methods.
 ///
 /// # Errors
 /// When interrupted, when nothing is asked for, or when the map is broken.
@@ -179,32 +199,41 @@ pub fn evaluate(
     params: &EvaluateParams,
     monitor: &Monitor<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
-    if params.viewpoints == 0 || params.methods.is_empty() {
+    let eyes = viewpoints(map, params)?;
+    evaluate_at(&eyes, map, model, params, monitor)
+}
+
+/// As [`evaluate`], at viewpoints of the caller's choice.
+///
+/// # Errors
+/// As [`evaluate`], and when an eye lies in the bounding sphere.
+pub fn evaluate_at(
+    eyes: &[DVec3],
+    map: &SilhouetteMap,
+    model: &TriangleMesh,
+    params: &EvaluateParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<ViewpointError>, EvaluateError> {
+    if eyes.is_empty() || params.methods.is_empty() {
         return Err(EvaluateError::Nothing);
     }
-    let eyes = viewpoints(map, params)?;
     let prepared = Scratch::new(map)?;
     monitor.start(Stage::Evaluate, eyes.len() as u64);
-    let size = (params.size_px, params.size_px);
     let per_eye: Vec<Vec<ViewpointError>> = eyes
         .par_iter()
         .map_init(
-            || {
-                (
-                    prepared.clone(),
-                    Mask::new(size.0, size.1),
-                    Mask::new(size.0, size.1),
-                )
-            },
-            |(scratch, truth, predicted), &eye| {
+            || prepared.clone(),
+            |scratch, &eye| {
                 monitor.check()?;
-                let camera = Camera::fit_sphere(eye, map.center, map.radius, None, size)?;
-                rasterise(model, &camera, CoverageRule::Center, truth)?;
+                let seen = Comparison::new(eye, map, model, params.size_px)?;
                 let mut errors = Vec::with_capacity(params.methods.len());
                 for &method in &params.methods {
-                    let outline = silmap_map::outline(map, &camera, method, scratch)?;
-                    fill_even_odd::<&Loop>(outline.simple_loops(), predicted);
-                    let (misclassified, escaped) = compare(predicted, truth);
+                    let how = Interpolation {
+                        method,
+                        transfer: params.transfer,
+                    };
+                    let predicted = seen.predict(map, how, scratch)?;
+                    let (misclassified, escaped) = compare(&predicted, &seen.truth);
                     errors.push(ViewpointError {
                         eye,
                         method,
@@ -219,6 +248,50 @@ pub fn evaluate(
         .collect::<Result<_, EvaluateError>>()?;
     monitor.finish(Stage::Evaluate);
     Ok(per_eye.into_iter().flatten().collect())
+}
+
+/// A test viewpoint with the model's pixels there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The camera, whose square image just holds the bounding sphere.
+    pub camera: Camera,
+    /// The model's pixels.
+    pub truth: Mask,
+}
+
+impl Comparison {
+    /// Draws the model from `eye` in an image of `size_px` squared.
+    ///
+    /// # Errors
+    /// When the eye lies in the bounding sphere, or the model reaches out of it.
+    pub fn new(
+        eye: DVec3,
+        map: &SilhouetteMap,
+        model: &TriangleMesh,
+        size_px: u32,
+    ) -> Result<Self, EvaluateError> {
+        let size = (size_px, size_px);
+        let camera = Camera::fit_sphere(eye, map.center, map.radius, None, size)?;
+        let mut truth = Mask::new(size_px, size_px);
+        rasterise(model, &camera, CoverageRule::Center, &mut truth)?;
+        Ok(Self { camera, truth })
+    }
+
+    /// The pixels inside the interpolated outline.
+    ///
+    /// # Errors
+    /// As [`silmap_map::outline`].
+    pub fn predict(
+        &self,
+        map: &SilhouetteMap,
+        how: Interpolation,
+        scratch: &mut Scratch,
+    ) -> Result<Mask, InterpolateError> {
+        let outline = silmap_map::outline(map, &self.camera, how, scratch)?;
+        let mut predicted = Mask::new(self.camera.width_px, self.camera.height_px);
+        fill_even_odd::<&Loop>(outline.simple_loops(), &mut predicted);
+        Ok(predicted)
+    }
 }
 
 /// Means, medians and extremes of each method, in the order the methods appear.

@@ -45,6 +45,7 @@ pub(crate) enum Command {
     Contour(ContourArgs),
     Inspect(InspectArgs),
     Evaluate(EvaluateArgs),
+    Report(ReportArgs),
     Hull(HullArgs),
     Generate(GenerateArgs),
 }
@@ -61,6 +62,7 @@ impl Command {
             Self::Demo(a) => a.pool.threads,
             Self::Build(a) => a.pool.threads,
             Self::Evaluate(a) => a.pool.threads,
+            Self::Report(a) => a.pool.threads,
             Self::Hull(a) => a.pool.threads,
             Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
         }
@@ -388,6 +390,47 @@ pub(crate) struct EvaluateArgs {
     /// Where the viewpoints are
     #[arg(long = "where", value_name = "WHERE", value_enum, default_value_t = WhereArg::Polytope)]
     pub(crate) placement: WhereArg,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Writes a page with everything that is known about an asset's outlines, and the numbers behind it.
+///
+/// `report.html` needs nothing but a browser, not even a network: errors of all methods and places, over all directions and
+/// over the number of views, the worst viewpoints, polytope and contours in pictures, sizes and times. `report.json` has the numbers.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap report bunny.glb --model bunny.ply --close-holes -o bunny-report
+  silmap report torus.glb --model torus.obj --viewpoints 50 --directions 200 -o quick --json")]
+pub(crate) struct ReportArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// The mesh it was made from
+    #[arg(long, value_name = "MODEL")]
+    pub(crate) model: PathBuf,
+    /// Folder for report.html and report.json, made when it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// How many test viewpoints in each place
+    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) viewpoints: u32,
+    /// Seed of the random directions
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// How many directions the maps of the sphere are measured at
+    #[arg(long, value_name = "N", default_value_t = 800, value_parser = clap::value_parser!(u32).range(12..=100_000))]
+    pub(crate) directions: u32,
+    /// Side of the test pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// How many of the worst viewpoints of the best method to show
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=100))]
+    pub(crate) worst: u32,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]

@@ -5,6 +5,8 @@ mod camera;
 mod commands;
 mod files;
 mod interrupt;
+mod machine;
+mod measure;
 mod output;
 mod pictures;
 mod progress;

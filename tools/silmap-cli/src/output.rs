@@ -111,6 +111,65 @@ impl OutputFile {
     }
 }
 
+/// A folder that files will be written into at the end of long work, checked before it.
+#[derive(Debug)]
+pub(crate) struct OutputFolder {
+    path: PathBuf,
+}
+
+impl OutputFolder {
+    /// Makes sure that a folder is or can be made at `path` and written into, leaving nothing behind.
+    ///
+    /// # Errors
+    /// One sentence when the path is a file, or the folder it is in is missing or cannot be written to.
+    pub(crate) fn check(path: &Path) -> anyhow::Result<Self> {
+        let shown = path.display();
+        match fs::metadata(path) {
+            Ok(found) if !found.is_dir() => bail!("{shown}: it is a file, a folder is needed"),
+            Ok(_) => OutputFile::check(&path.join(".silmap")).map(drop)?,
+            Err(_) => OutputFile::check(path).map(drop)?,
+        }
+        Ok(Self {
+            path: path.to_path_buf(),
+        })
+    }
+
+    /// Puts files there, all of them or none: a new folder appears with all of them, and in one that was there each replaces its
+    /// namesake after all have been written.
+    ///
+    /// # Errors
+    /// When the disk is full or a folder has gone, or the user asked to stop.
+    pub(crate) fn write(&self, files: &[(&str, &[u8])]) -> anyhow::Result<()> {
+        interrupt::check()?;
+        let cannot = || format!("{}: it cannot be written", self.path.display());
+        let is_there = self.path.is_dir();
+        let around = match self.path.parent() {
+            _ if is_there => &self.path,
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".silmap-").suffix(".part");
+        let staging = builder.tempdir_in(around).with_context(cannot)?;
+        // A folder within, made with the rights that any new folder gets; the temporary one is this user's alone.
+        let folder = staging.path().join("new");
+        fs::create_dir(&folder).with_context(cannot)?;
+        for (name, bytes) in files {
+            let mut file = fs::File::create(folder.join(name)).with_context(cannot)?;
+            file.write_all(bytes).with_context(cannot)?;
+            file.sync_all().with_context(cannot)?;
+        }
+        interrupt::check()?;
+        if !is_there {
+            return fs::rename(&folder, &self.path).with_context(cannot);
+        }
+        for (name, _) in files {
+            fs::rename(folder.join(name), self.path.join(name)).with_context(cannot)?;
+        }
+        Ok(())
+    }
+}
+
 /// Makes a folder if it is not there and checks that files can be written into it.
 ///
 /// # Errors
@@ -181,6 +240,37 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_appears_with_all_its_files() {
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().join("results");
+        let folder = OutputFolder::check(&path).unwrap();
+        assert!(!path.exists());
+        folder.write(&[("a", b"1"), ("b", b"2")]).unwrap();
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1);
+        fs::write(path.join("other"), "stays").unwrap();
+        let again = OutputFolder::check(&path).unwrap();
+        again.write(&[("a", b"3")]).unwrap();
+        let read = |name: &str| fs::read(path.join(name)).unwrap();
+        assert_eq!(
+            [read("a"), read("b"), read("other")],
+            [&b"3"[..], b"2", b"stays"]
+        );
+        assert_eq!(fs::read_dir(&path).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn a_folder_that_fails_is_not_there() {
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().join("results");
+        let folder = OutputFolder::check(&path).unwrap();
+        assert!(folder.write(&[("a", b"1"), ("no/such/b", b"2")]).is_err());
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0);
+        fs::write(&path, "a file").unwrap();
+        assert!(OutputFolder::check(&path).is_err());
+        assert!(OutputFolder::check(&path.join("below")).is_err());
     }
 
     #[test]

@@ -39,7 +39,8 @@ fn path(p: &Path) -> &str {
 fn help_is_as_it_was() {
     let mut text = String::new();
     for command in [
-        "", "demo", "build", "render", "contour", "inspect", "evaluate", "hull", "generate",
+        "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull",
+        "generate",
     ] {
         let arguments: Vec<&str> = [command, "--help"]
             .into_iter()

@@ -1,12 +1,27 @@
-//! One HTML page about an asset: its pictures, its errors, its sizes and how long it took, with nothing to load from
-//! anywhere else.
+//! One HTML page about an asset: its errors, pictures, curves, sizes and times, with nothing to load from anywhere else;
+//! and the same numbers as JSON.
 //!
-//! The page is a pure function of [`Report`]; who fills that in decides what is measured.
+//! Page and numbers are pure functions of [`Report`]; who fills that in decides what is measured. Plots are drawn as SVG in
+//! `charts`, pictures of things in space on the CPU in `canvas`.
 
+mod canvas;
+mod charts;
+mod contour_generator;
+mod difference;
+mod direction_map;
+mod epipolar_picture;
+mod numbers;
 mod page;
-mod plot;
+mod palette;
+mod png;
+mod polytope_picture;
+mod scale;
 
+use glam::DVec3;
+use silmap_geometry::{Camera, ColourImage, Mask, TriangleMesh};
 use silmap_map::Asset;
+
+pub use polytope_picture::PolytopeLevel;
 
 /// Everything the page shows.
 #[derive(Clone, Debug)]
@@ -15,15 +30,29 @@ pub struct Report<'a> {
     pub title: String,
     /// The asset.
     pub asset: &'a Asset,
-    /// Size of its file and of the parts in it: name and bytes.
+    /// The model that it was made from.
+    pub model: &'a TriangleMesh,
+    /// Size of its file and of the parts in it: name and bytes, the whole file last.
     pub bytes: Vec<(String, u64)>,
-    /// Stages of the build and their seconds, in order.
+    /// Stages of the build and their seconds, in order; empty when nobody knows.
     pub seconds: Vec<(String, f64)>,
-    /// One row of pictures for each viewpoint.
+    /// One row of pictures for each viewpoint that somebody chose.
     pub rows: Vec<PictureRow>,
-    /// Errors of each method.
-    pub errors: Vec<MethodErrors>,
-    /// Sentences on where and how this was measured.
+    /// Beside the asset's own curve: views of an even spread and their mean misclassified share, where it was measured.
+    pub uniform_curve: Option<Vec<(u32, f64)>>,
+    /// The polytope of views at some counts, most views first.
+    pub polytopes: Vec<PolytopeLevel>,
+    /// Errors at test viewpoints in different places; the first is the one that the plots are about.
+    pub places: Vec<PlaceErrors>,
+    /// Errors over all directions, one set for each method.
+    pub directions: Vec<DirectionErrors>,
+    /// The viewpoints with the largest errors.
+    pub worst: Vec<WorstView>,
+    /// How long an outline takes.
+    pub contour_times: Vec<ContourTime>,
+    /// What all that was measured on, and how.
+    pub conditions: Conditions,
+    /// More sentences on where and how this was measured.
     pub notes: Vec<String>,
 }
 
@@ -41,25 +70,109 @@ pub struct PictureRow {
 pub struct Picture {
     /// The word.
     pub label: String,
-    /// The bytes of a PNG file.
-    pub png: Vec<u8>,
+    /// The picture.
+    pub image: ColourImage,
 }
 
 /// Errors of one interpolation method over test viewpoints, as shares of the pixels inside the true outline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodErrors {
-    /// The method.
+    /// The method, with what else distinguishes the row.
     pub method: String,
-    /// How many viewpoints.
-    pub viewpoints: u32,
     /// Mean, median and largest share of wrong pixels.
     pub misclassified: [f64; 3],
     /// Mean and largest share of pixels that are inside but predicted outside.
     pub escaped: [f64; 2],
 }
 
+/// The error of one method at one viewpoint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorSample {
+    /// The method, as in [`MethodErrors`].
+    pub method: String,
+    /// The viewpoint, object space.
+    pub eye: DVec3,
+    /// Share of wrong pixels.
+    pub misclassified: f64,
+    /// Share of pixels that are inside but predicted outside.
+    pub escaped: f64,
+}
+
+/// Errors at test viewpoints of one kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaceErrors {
+    /// The place as users type it.
+    pub place: String,
+    /// Where that is, half a sentence.
+    pub description: String,
+    /// How many viewpoints.
+    pub viewpoints: u32,
+    /// A summary of each method.
+    pub methods: Vec<MethodErrors>,
+    /// Every viewpoint and method.
+    pub samples: Vec<ErrorSample>,
+}
+
+/// Errors of one method at directions spread evenly over the sphere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DirectionErrors {
+    /// The method.
+    pub method: String,
+    /// Unit vectors from the center to the eye, and the misclassified share there.
+    pub samples: Vec<(DVec3, f64)>,
+}
+
+/// A viewpoint, and what is true and predicted there.
+#[derive(Clone, Debug)]
+pub struct WorstView {
+    /// The error, and whose it is.
+    pub sample: ErrorSample,
+    /// The camera of the masks.
+    pub camera: Camera,
+    /// The model's pixels.
+    pub truth: Mask,
+    /// The pixels inside the interpolated outline.
+    pub predicted: Mask,
+}
+
+/// How long one method takes for an outline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContourTime {
+    /// The method.
+    pub method: String,
+    /// Median over the calls, seconds.
+    pub median: f64,
+    /// Nineteen of twenty calls take less, seconds.
+    pub most: f64,
+    /// Number of calls.
+    pub calls: u32,
+}
+
+/// What was measured on, and how.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conditions {
+    /// Processor and system.
+    pub machine: String,
+    /// Threads that errors were measured with; times of outlines are those of one.
+    pub threads: u32,
+    /// Whether the program was optimised.
+    pub is_optimised: bool,
+    /// Side of the test pictures, pixels.
+    pub resolution_px: u32,
+    /// Seed of the test viewpoints.
+    pub seed: u64,
+    /// Seconds that measuring took.
+    pub seconds: f64,
+}
+
 /// The page as HTML.
 #[must_use]
 pub fn html(report: &Report<'_>) -> String {
     page::page(report).into_string()
+}
+
+/// All numbers of the page as JSON text, one object.
+#[must_use]
+pub fn json(report: &Report<'_>) -> String {
+    numbers::numbers(report).to_string()
 }

@@ -1,66 +1,433 @@
-//! The page: headings, pictures, tables, and the curve.
+//! The page: headings, pictures, tables and plots, for wide and narrow windows, light and dark.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use glam::DVec3;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use silmap_map::Method;
 
-use crate::plot::error_curve_svg;
-use crate::{MethodErrors, PictureRow, Report};
+use crate::contour_generator::{contour_generator_pictures, telling_view};
+use crate::difference::{closer_look, difference, silhouette};
+use crate::direction_map::{direction_map, shared_scale};
+use crate::epipolar_picture::epipolar_pictures;
+use crate::numbers::contour_counts;
+use crate::polytope_picture::polytope_picture;
+use crate::{
+    ErrorSample, MethodErrors, Picture, PictureRow, PlaceErrors, Report, WorstView, charts,
+    palette, png,
+};
 
-const STYLE: &str = "
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 72rem; margin: 2rem auto; padding: 0 1rem }
-h1, h2 { font-weight: 600; line-height: 1.2 }
-figure { margin: 1.5rem 0 }
-.row { display: grid; grid-auto-flow: column; grid-auto-columns: 1fr; gap: .75rem }
-.row div { text-align: center }
-.row img { width: 100%; height: auto; border: 1px solid #ddd }
-figcaption { color: #555 }
-table { border-collapse: collapse; margin: 1rem 0 }
-th, td { padding: .25rem .75rem; border-bottom: 1px solid #ddd; text-align: right }
-th:first-child, td:first-child { text-align: left }
-svg { max-width: 100%; height: auto }
-@media (prefers-color-scheme: dark) { body { background: #1c1c1e; color: #ddd } figcaption { color: #aaa } svg { background: #fff } }
-";
+const STYLE: &str = include_str!("page.css");
 
 pub(crate) fn page(report: &Report<'_>) -> Markup {
-    let asset = report.asset;
     html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
                 title { (report.title) }
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                h1 { (report.title) }
-                p {
-                    "A hull of " (asset.hull.faces.len()) " textured triangles stands for a mesh of "
-                    (asset.record.model_faces) ". Its outline is interpolated from "
-                    (asset.map.views.len()) " captured silhouettes."
+                header {
+                    h1 { (report.title) }
+                    (opening(report))
                 }
-                h2 { "Pictures" }
-                @for row in &report.rows { (picture_row(row)) }
-                h2 { "Errors of the outline" }
-                (error_table(&report.errors))
-                @if asset.record.error_curve.len() > 1 {
-                    figure {
-                        (PreEscaped(error_curve_svg(&asset.record.error_curve)))
-                        figcaption {
-                            "Mean share of misclassified pixels over all captured views, as views are removed from the map."
+                main {
+                    @if !report.rows.is_empty() {
+                        section {
+                            h2 { "Pictures" }
+                            @for row in &report.rows { (picture_row(row)) }
+                        }
+                    }
+                    (errors(report))
+                    (curve(report))
+                    (directions(report))
+                    (worst(report))
+                    (polytopes(report))
+                    (inside(report))
+                    (sizes(report))
+                    (times(report))
+                    @if !report.notes.is_empty() {
+                        section {
+                            h2 { "Notes" }
+                            @for note in &report.notes { p { (note) } }
                         }
                     }
                 }
-                h2 { "Sizes" }
-                (pair_table("part", "bytes", report.bytes.iter().map(|(name, n)| (name, n.to_string()))))
-                h2 { "Times" }
-                (pair_table("stage", "seconds", report.seconds.iter().map(|(name, s)| (name, format!("{s:.2}")))))
-                @for note in &report.notes { p { (note) } }
             }
         }
     }
 }
+
+/// What it is about, and the figures that matter most.
+fn opening(report: &Report<'_>) -> Markup {
+    let asset = report.asset;
+    let best = Method::best_for(&asset.map).name();
+    let mean = report
+        .places
+        .first()
+        .and_then(|p| p.methods.iter().find(|m| m.method == best))
+        .map(|m| percent(m.misclassified[0]));
+    let time = report.contour_times.iter().find(|t| t.method == best);
+    html! {
+        p {
+            "A hull of " (grouped(asset.hull.faces.len() as u64)) " textured triangles stands for a mesh of "
+            (grouped(asset.record.model_faces)) " faces. Its outline is interpolated from "
+            (asset.map.views.len()) " silhouettes that were captured around it."
+        }
+        ul.figures {
+            @if let Some(mean) = mean {
+                li { b { (mean) " %" } "of the pixels misclassified on average (" (best) ")" }
+            }
+            @if let Some(time) = time {
+                li { b { (millis(time.median)) " ms" } "for an outline (" (best) ", median)" }
+            }
+            @for (name, bytes) in [report.bytes.first(), report.bytes.last()].into_iter().flatten() {
+                li { b { (format!("{:.0}", *bytes as f64 / 1024.0)) " KiB" } (name) }
+            }
+        }
+    }
+}
+
+fn errors(report: &Report<'_>) -> Markup {
+    let (center, radius) = (report.asset.map.center, report.asset.map.radius);
+    let distance = |s: &ErrorSample| s.eye.distance(center) / radius;
+    // Where the eye's distance varies by more than this, errors are plotted over it.
+    const SPREAD: f64 = 2.0;
+    let is_deep = |place: &&PlaceErrors| {
+        let all = || place.samples.iter().map(distance);
+        all().fold(0.0, f64::max) > SPREAD * all().fold(f64::INFINITY, f64::min)
+    };
+    html! {
+        section {
+            h2 { "Errors of the outline" }
+            p {
+                "Pixels whose inside or outside is wrong, in percent of the pixels inside the true outline; "
+                "“escaped” are those of them that are inside and predicted outside. "
+                "Pictures of " (report.conditions.resolution_px) "²; random directions, seed "
+                (report.conditions.seed) "."
+            }
+            div.plots { @for place in &report.places { (error_table(place)) } }
+            @if let Some(first) = report.places.first() {
+                div.plots {
+                    figure {
+                        (PreEscaped(charts::distribution(&first.samples)))
+                        figcaption { "Eyes " (first.description) ": how many of them have at most which error." }
+                    }
+                    @for place in report.places.iter().filter(is_deep) {
+                        figure {
+                            (PreEscaped(charts::by_distance(&place.samples, distance)))
+                            figcaption { "Eyes " (place.description) ": one point for each eye and method." }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn error_table(place: &PlaceErrors) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                caption {
+                    (place.viewpoints) " eyes " (place.description) " (" code { (place.place) } ")"
+                }
+                thead {
+                    tr {
+                        th rowspan="2" { "method" }
+                        th.group colspan="3" { "misclassified, %" }
+                        th.group colspan="2" { "escaped, %" }
+                    }
+                    tr { th { "mean" } th { "median" } th { "worst" } th { "mean" } th { "worst" } }
+                }
+                tbody {
+                    @for row in &place.methods {
+                        tr {
+                            th scope="row" { (swatch(&row.method)) (row.method) }
+                            @for share in row.misclassified { td { (percent(share)) } }
+                            @for share in row.escaped { td { (percent(share)) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn swatch(method: &str) -> Markup {
+    let colour = palette::hex(palette::of_method(method));
+    html! { span.swatch style=(format!("background:{colour}")) {} }
+}
+
+fn curve(report: &Report<'_>) -> Markup {
+    let curve = &report.asset.record.error_curve;
+    let uniform = report.uniform_curve.as_deref();
+    let methods: &[MethodErrors] = report.places.first().map_or(&[], |p| &p.methods);
+    let kept = report.asset.map.views.len() as u32;
+    if curve.len() < 2 && uniform.is_none() {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "Views and error" }
+            figure.single {
+                (PreEscaped(charts::curve(curve, uniform, kept, methods)))
+                figcaption {
+                    "The mean share of misclassified pixels over all "
+                    (report.asset.record.captured_views)
+                    " captured views, as views are removed one by one, by the method that the views were chosen with"
+                    @if uniform.is_some() { ", and that of as many views spread evenly" }
+                    ". The dots are the methods on the finished asset, at the test viewpoints of the first table: other eyes than \
+                     those of the curve, and views that may have been moved since."
+                }
+            }
+        }
+    }
+}
+
+fn directions(report: &Report<'_>) -> Markup {
+    let Some(scale) = shared_scale(&report.directions) else {
+        return html! {};
+    };
+    let center = report.asset.map.center;
+    let views: Vec<DVec3> = (report.asset.map.views.iter())
+        .map(|v| (v.camera.eye - center).normalize_or_zero())
+        .collect();
+    let count = report.directions.first().map_or(0, |d| d.samples.len());
+    html! {
+        section {
+            h2 { "Error by direction" }
+            p {
+                "All directions to look from, in a map that keeps areas (Mollweide): from +Z in the middle, +X halfway to the right, "
+                "+Y at the top. Measured at " (count) " directions spread evenly, on the polytope of views; dots are the views. "
+                "The colours are the same in all maps."
+            }
+            div.plots {
+                @for errors in &report.directions {
+                    figure {
+                        (PreEscaped(direction_map(errors, &views, &scale)))
+                        figcaption { "Method " b { (errors.method) } "." }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn worst(report: &Report<'_>) -> Markup {
+    if report.worst.is_empty() {
+        return html! {};
+    }
+    let of = report.places.first().map_or("", |p| p.description.as_str());
+    html! {
+        section {
+            h2 { "Worst viewpoints" }
+            p {
+                "Of the eyes " (of) ", those with the largest errors. "
+                span.key style=(format!("--key:{}", palette::hex(palette::TOO_MUCH))) { "Red is too much" } ", "
+                span.key style=(format!("--key:{}", palette::hex(palette::TOO_LITTLE))) { "blue too little" } "."
+            }
+            @for view in &report.worst { (worst_row(report, view)) }
+        }
+    }
+}
+
+fn worst_row(report: &Report<'_>, view: &WorstView) -> Markup {
+    let mut canvas = crate::canvas::Canvas::new(&view.camera);
+    canvas.draw_model(report.model);
+    let picture = |label: &str, image| Picture {
+        label: label.to_owned(),
+        image,
+    };
+    let grey = palette::RIGHT;
+    let [x, y, z] = view.sample.eye.to_array().map(significant);
+    picture_row(&PictureRow {
+        caption: format!(
+            "Method {}: {} % misclassified, {} % escaped; eye {x},{y},{z}",
+            view.sample.method,
+            percent(view.sample.misclassified),
+            percent(view.sample.escaped),
+        ),
+        pictures: vec![
+            picture("model", canvas.finish()),
+            picture("true outline", silhouette(&view.truth, grey)),
+            picture("predicted outline", silhouette(&view.predicted, grey)),
+            picture("difference", difference(&view.truth, &view.predicted)),
+            picture(
+                "its worst part, six times closer",
+                closer_look(&view.truth, &view.predicted),
+            ),
+        ],
+    })
+}
+
+fn polytopes(report: &Report<'_>) -> Markup {
+    let pictures: Vec<Picture> = report
+        .polytopes
+        .iter()
+        .filter_map(|level| {
+            let image = polytope_picture(level, report.model, report.asset.map.center).ok()?;
+            let label = level.label.clone();
+            Some(Picture { label, image })
+        })
+        .collect();
+    if pictures.is_empty() {
+        return html! {};
+    }
+    html! {
+        section {
+            h2 { "The polytope of views" }
+            (picture_row(&PictureRow {
+                caption: "The corners are viewpoints, the model is in the middle. Between the corners of a triangle the outline is \
+                          interpolated: where it changes slowly, triangles can be large.".to_owned(),
+                pictures,
+            }))
+        }
+    }
+}
+
+/// How an outline is stored and read: the contour generator, and spans along epipolar lines.
+fn inside(report: &Report<'_>) -> Markup {
+    let map = &report.asset.map;
+    let generator = telling_view(map)
+        .and_then(|view| contour_generator_pictures(view, map, report.model).ok())
+        .unwrap_or_default();
+    let epipolar = epipolar_pictures(map, Method::best_for(map));
+    html! {
+        section {
+            h2 { "How it works" }
+            @if !generator.is_empty() {
+                h3 { "A contour in space" }
+                (picture_row(&PictureRow {
+                    caption: "One captured contour, each vertex at its stored depth: the curve on the model where its surface turns \
+                              away from the view. Red bounds the model, blue its holes, fainter behind the model; thin lines \
+                              join parts that lie behind each other.".to_owned(),
+                    pictures: generator,
+                }))
+            }
+            @if let Some((drawings, [one, two])) = epipolar {
+                h3 { "A pair of views, plane by plane" }
+                figure {
+                    div.panels { @for svg in drawings { (PreEscaped(svg)) } }
+                    figcaption {
+                        "The contours of views " (one) " and " (two) " rectified: equal height is the same epipolar plane, in \
+                         which the spans of both views bound those of every view between them. First, second and further \
+                         spans of a line have colours of their own."
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn sizes(report: &Report<'_>) -> Markup {
+    let map = &report.asset.map;
+    let counts: Vec<usize> = map.contour_vertex_counts().collect();
+    let summary = contour_counts(report);
+    let map_bytes = report.bytes.first().map_or(0, |b| b.1) as f64;
+    let total = report.bytes.last().map_or(0, |b| b.1).max(1) as f64;
+    html! {
+        section {
+            h2 { "Sizes" }
+            div.plots {
+                div {
+                    div.scroll {
+                        table {
+                            thead { tr { th { "part" } th { "bytes" } th { "of the file, %" } } }
+                            tbody {
+                                @for (name, bytes) in &report.bytes {
+                                    tr {
+                                        th scope="row" { (name) }
+                                        td { (grouped(*bytes)) }
+                                        td { (format!("{:.1}", 100.0 * *bytes as f64 / total)) }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                    div.scroll {
+                        table {
+                            thead { tr { th { "silhouettes" } th { "" } } }
+                            tbody {
+                                (row("views", map.views.len().to_string()))
+                                (row("captured at", format!("{}²", map.resolution_px)))
+                                (row("contours", map.views.iter().map(|v| v.contours.len()).sum::<usize>().to_string()))
+                                (row("contour vertices", grouped(summary.total as u64)))
+                                (row("per view: least", summary.least.to_string()))
+                                (row("median", significant(summary.median)))
+                                (row("mean", format!("{:.1}", summary.mean)))
+                                (row("most", summary.most.to_string()))
+                                (row("bytes per view", format!("{:.0}", map_bytes / counts.len().max(1) as f64)))
+                                (row("bytes per vertex", format!("{:.2}", map_bytes / summary.total.max(1) as f64)))
+                                (row("depths", if map.has_depth() { "yes" } else { "no" }.to_owned()))
+                            }
+                        }
+                    }
+                }
+                figure {
+                    (PreEscaped(charts::histogram(&counts)))
+                    figcaption { "How many contour vertices the views have." }
+                }
+            }
+        }
+    }
+}
+
+fn row(name: &str, value: String) -> Markup {
+    html! { tr { th scope="row" { (name) } td { (value) } } }
+}
+
+fn times(report: &Report<'_>) -> Markup {
+    let conditions = &report.conditions;
+    html! {
+        section {
+            h2 { "Times" }
+            div.plots {
+                @if !report.contour_times.is_empty() {
+                    div.scroll {
+                        table {
+                            caption { "An outline, by method" }
+                            thead { tr { th { "method" } th { "median, ms" } th { "95 % below, ms" } th { "calls" } } }
+                            tbody {
+                                @for time in &report.contour_times {
+                                    tr {
+                                        th scope="row" { (swatch(&time.method)) (time.method) }
+                                        td { (millis(time.median)) }
+                                        td { (millis(time.most)) }
+                                        td { (time.calls) }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+                @if !report.seconds.is_empty() {
+                    div.scroll {
+                        table {
+                            caption { "Making the asset" }
+                            thead { tr { th { "stage" } th { "seconds" } } }
+                            tbody {
+                                @for (name, seconds) in &report.seconds { (row(name, format!("{seconds:.2}"))) }
+                            }
+                        }
+                    }
+                }
+            }
+            p {
+                "Measured on " (conditions.machine)
+                @if conditions.is_optimised { "" } @else { ", in a program that is not optimised" }
+                ". Outlines: one thread, the eye on a smooth walk around the model, buffers warm, each call timed by itself. Errors: "
+                (conditions.threads) @if conditions.threads == 1 { " thread" } @else { " threads" } ", "
+                (format!("{:.0}", conditions.seconds)) " s for all that is on this page."
+            }
+        }
+    }
+}
+
+/// Pictures with fewer columns than this are enlarged without smoothing: their pixels are what they show.
+const SHARP_BELOW_PX: u32 = 128;
 
 fn picture_row(row: &PictureRow) -> Markup {
     html! {
@@ -68,9 +435,11 @@ fn picture_row(row: &PictureRow) -> Markup {
             div.row {
                 @for picture in &row.pictures {
                     div {
-                        img alt=(format!("{}: {}", row.caption, picture.label))
-                            src=(format!("data:image/png;base64,{}", STANDARD.encode(&picture.png)));
-                        (picture.label)
+                        img.closer[picture.image.width < SHARP_BELOW_PX]
+                            alt=(format!("{}: {}", row.caption, picture.label))
+                            width=(picture.image.width) height=(picture.image.height)
+                            src=(png::data_url(&picture.image));
+                        span { (picture.label) }
                     }
                 }
             }
@@ -79,112 +448,44 @@ fn picture_row(row: &PictureRow) -> Markup {
     }
 }
 
-fn error_table(errors: &[MethodErrors]) -> Markup {
-    html! {
-        table {
-            tr {
-                th { "method" } th { "viewpoints" }
-                th { "misclassified, mean" } th { "median" } th { "worst" }
-                th { "escaped, mean" } th { "worst" }
-            }
-            @for row in errors {
-                tr {
-                    td { (row.method) } td { (row.viewpoints) }
-                    @for share in row.misclassified { td { (percent(share)) } }
-                    @for share in row.escaped { td { (percent(share)) } }
-                }
-            }
-        }
-    }
-}
-
-fn pair_table<'a>(
-    left: &str,
-    right: &str,
-    rows: impl Iterator<Item = (&'a String, String)>,
-) -> Markup {
-    html! {
-        table {
-            tr { th { (left) } th { (right) } }
-            @for (name, value) in rows { tr { td { (name) } td { (value) } } }
-        }
-    }
-}
-
-/// A share with three digits behind the point: escaped pixels are counted in hundredths of a percent.
+/// A share in percent with three digits behind the point: escaped pixels are counted in hundredths of a percent.
 fn percent(share: f64) -> String {
-    format!("{:.3} %", 100.0 * share)
+    format!("{:.3}", 100.0 * share)
+}
+
+/// Milliseconds, to the microsecond.
+fn millis(seconds: f64) -> String {
+    format!("{:.3}", 1e3 * seconds)
+}
+
+/// A number with four digits that matter, in plain decimals.
+fn significant(value: f64) -> String {
+    let before = if value == 0.0 {
+        0
+    } else {
+        value.abs().log10().floor() as i32 + 1
+    };
+    let behind = (4 - before).clamp(0, 9) as usize;
+    let text = format!("{value:.behind$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// A whole number with its digits in threes.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
 }
 
 #[cfg(test)]
-mod tests {
-    use silmap_map::{Asset, BuildRecord, CoarseHull, SilhouetteMap, TextureSet};
-
-    use super::*;
-    use crate::Picture;
-
-    fn asset() -> Asset {
-        Asset {
-            record: BuildRecord {
-                model_faces: 69_674,
-                error_curve: vec![(1024, 0.001), (128, 0.01)],
-                ..BuildRecord::default()
-            },
-            map: SilhouetteMap {
-                center: [0.0; 3].into(),
-                radius: 1.0,
-                resolution_px: 64,
-                tolerance_px: 0.5,
-                coverage: silmap_geometry::CoverageRule::Center,
-                views: Vec::new(),
-                triangles: Vec::new(),
-            },
-            hull: CoarseHull::default(),
-            textures: TextureSet::default(),
-        }
-    }
-
-    #[test]
-    fn the_page_holds_what_it_was_given_and_loads_nothing() {
-        let asset = asset();
-        let report = Report {
-            title: "A <model> & more".to_owned(),
-            asset: &asset,
-            bytes: vec![("map".to_owned(), 12_345)],
-            seconds: vec![("capture".to_owned(), 1.5)],
-            rows: vec![PictureRow {
-                caption: "from the left".to_owned(),
-                pictures: vec![Picture {
-                    label: "clipped".to_owned(),
-                    png: b"picture".to_vec(),
-                }],
-            }],
-            errors: vec![MethodErrors {
-                method: "hull".to_owned(),
-                viewpoints: 7,
-                misclassified: [0.0123, 0.01, 0.05],
-                escaped: [0.0001, 0.002],
-            }],
-            notes: vec!["On a machine.".to_owned()],
-        };
-        let html = crate::html(&report);
-        for part in [
-            "A &lt;model&gt; &amp; more",
-            "69674",
-            "12345",
-            "1.50",
-            "from the left",
-            "data:image/png;base64,cGljdHVyZQ==",
-            "1.230 %",
-            "0.010 %",
-            "On a machine.",
-            "<svg",
-        ] {
-            assert!(html.contains(part), "{part} is missing");
-        }
-        assert!(
-            !html.contains("src=\"http") && !html.contains("href="),
-            "the page loads something"
-        );
-    }
-}
+mod tests;

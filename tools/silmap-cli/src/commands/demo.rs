@@ -10,14 +10,11 @@ use serde::Serialize;
 use silmap_geometry::{Camera, ClosedMesh, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Method, asset};
-use silmap_preprocess::evaluate::{
-    EvaluateParams, MethodErrors, ViewpointError, evaluate, summarise,
-};
 use silmap_preprocess::hull::HullParams;
 use silmap_preprocess::mesh_io::{self, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
-use silmap_report::{Picture, PictureRow, Report};
+use silmap_report::{Picture, PictureRow};
 use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
 
 use crate::args::{DemoArgs, ModelKind};
@@ -25,6 +22,7 @@ use crate::commands::build::build_watched;
 use crate::commands::generate::generate;
 use crate::commands::open_gpu;
 use crate::interrupt;
+use crate::measure::{MeasureParams, measure};
 use crate::output::{self, OutputFile};
 use crate::pictures::{beside, encode_png, stacked};
 use crate::progress::Progress;
@@ -37,8 +35,15 @@ const VIEWS: u32 = 640;
 const KEEP: u32 = 192;
 /// Faces of the hull, more than by default for the same reason.
 const HULL_FACES: u32 = 1000;
-/// Test viewpoints for the errors.
-const TEST_VIEWPOINTS: u32 = 60;
+/// What is measured, less than by default to end sooner.
+const MEASURED: MeasureParams = MeasureParams {
+    viewpoints: 60,
+    seed: 1,
+    directions: 300,
+    resolution_px: 512,
+    worst: 2,
+    timed_calls: 101,
+};
 /// Side of the pictures, pixels.
 const PICTURE_SIDE_PX: u32 = 512;
 /// Distance of the pictures' eyes in bounding-sphere radii: nearer than the captured views, so that nothing is one of them.
@@ -98,22 +103,16 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
         &encode_png(&comparison(&rows))?,
     )?;
 
-    let errors = measure(&asset, model.mesh.mesh())?;
-    let html = silmap_report::html(&Report {
-        title: "silmap demo".to_owned(),
-        asset: &asset,
-        bytes: byte_rows(&asset::sizes(&bytes)?),
-        seconds: second_rows(&report, started.elapsed().as_secs_f64()),
-        rows: picture_rows(&rows)?,
-        errors: error_rows(&errors),
-        notes: vec![
-            format!("Pictures drawn by {}.", gpu.adapter_name()),
-            format!(
-                "Made by {} with {}.",
-                asset.record.generator, asset.record.options
-            ),
-        ],
-    });
+    let mut page = Progress::new()
+        .watch(|monitor| measure(&asset, &bytes, model.mesh.mesh(), &MEASURED, monitor))?;
+    page.title = "silmap demo".to_owned();
+    page.rows = picture_rows(&rows);
+    page.seconds = second_rows(&report, started.elapsed().as_secs_f64());
+    page.notes
+        .push(format!("Pictures drawn by {}.", gpu.adapter_name()));
+    let numbers = silmap_report::json(&page);
+    write(&in_folder("report.json"), numbers.as_bytes())?;
+    let html = silmap_report::html(&page);
     write(&in_folder("report.html"), html.as_bytes())?;
     tell(args, bytes.len(), started.elapsed().as_secs_f64())
 }
@@ -196,27 +195,6 @@ fn comparison(rows: &[Row]) -> ColourImage {
     stacked(&sheets)
 }
 
-fn measure(asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<MethodErrors>> {
-    let params = EvaluateParams {
-        viewpoints: TEST_VIEWPOINTS,
-        ..EvaluateParams::default()
-    };
-    let errors: Vec<ViewpointError> =
-        Progress::new().watch(|monitor| evaluate(&asset.map, model, &params, monitor))?;
-    Ok(summarise(&errors))
-}
-
-fn byte_rows(sizes: &asset::AssetSizes) -> Vec<(String, u64)> {
-    [
-        ("silhouettes", sizes.map),
-        ("hull", sizes.hull),
-        ("textures", sizes.textures),
-        ("whole file", sizes.total),
-    ]
-    .map(|(name, bytes)| (name.to_owned(), bytes))
-    .to_vec()
-}
-
 fn second_rows(report: &BuildReport, total: f64) -> Vec<(String, f64)> {
     let seconds = &report.seconds;
     [
@@ -231,39 +209,18 @@ fn second_rows(report: &BuildReport, total: f64) -> Vec<(String, f64)> {
     .to_vec()
 }
 
-fn picture_rows(rows: &[Row]) -> anyhow::Result<Vec<PictureRow>> {
+fn picture_rows(rows: &[Row]) -> Vec<PictureRow> {
     rows.iter()
-        .map(|(caption, pictures)| {
-            let pictures = PICTURE_MODES
+        .map(|(caption, pictures)| PictureRow {
+            caption: (*caption).to_owned(),
+            pictures: PICTURE_MODES
                 .iter()
                 .zip(pictures)
-                .map(|((label, _), picture)| {
-                    Ok(Picture {
-                        label: (*label).to_owned(),
-                        png: encode_png(picture)?,
-                    })
+                .map(|((label, _), picture)| Picture {
+                    label: (*label).to_owned(),
+                    image: picture.clone(),
                 })
-                .collect::<anyhow::Result<_>>()?;
-            Ok(PictureRow {
-                caption: (*caption).to_owned(),
-                pictures,
-            })
-        })
-        .collect()
-}
-
-fn error_rows(errors: &[MethodErrors]) -> Vec<silmap_report::MethodErrors> {
-    errors
-        .iter()
-        .map(|e| silmap_report::MethodErrors {
-            method: e.method.name().to_owned(),
-            viewpoints: TEST_VIEWPOINTS,
-            misclassified: [
-                e.misclassified_mean,
-                e.misclassified_median,
-                e.misclassified_max,
-            ],
-            escaped: [e.escaped_mean, e.escaped_max],
+                .collect(),
         })
         .collect()
 }

@@ -52,6 +52,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
             |method| vec![method.into()],
         ),
         size_px: args.resolution,
+        ..EvaluateParams::default()
     };
     let errors = Progress::new()
         .watch(|monitor| evaluate(&asset.map, model.mesh.mesh(), &params, monitor))

@@ -8,6 +8,7 @@ mod generate;
 mod hull;
 mod inspect;
 mod render;
+mod report;
 
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
@@ -39,6 +40,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Contour(args) => contour::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Hull(args) => hull::run(&args),
         Command::Generate(args) => generate::run(&args),
     }

@@ -1,0 +1,80 @@
+//! `silmap report`: everything that is to be known about an asset, as a page and as numbers.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use serde::Serialize;
+
+use crate::args::ReportArgs;
+use crate::files::{load_model_of, read_asset};
+use crate::measure::{MeasureParams, measure};
+use crate::output::{self, OutputFolder};
+use crate::progress::Progress;
+
+/// The page and the numbers in the folder.
+const PAGE: &str = "report.html";
+const NUMBERS: &str = "report.json";
+
+#[derive(Serialize)]
+struct ReportJson {
+    report: PathBuf,
+    numbers: PathBuf,
+    /// Of measuring, without reading the model and drawing the page.
+    seconds: f64,
+}
+
+pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
+    let folder = OutputFolder::check(&args.out)?;
+    let (asset, bytes) = read_asset(&args.asset)?;
+    let model = load_model_of(&asset, &args.model, args.mending)?;
+    let params = params_from_args(args);
+    let report = Progress::new()
+        .watch(|monitor| measure(&asset, &bytes, model.mesh.mesh(), &params, monitor))
+        .with_context(|| args.asset.display().to_string())?;
+    let (html, json) = (silmap_report::html(&report), silmap_report::json(&report));
+    folder.write(&[(NUMBERS, json.as_bytes()), (PAGE, html.as_bytes())])?;
+    // The full path, to be clicked on; as typed where the system does not know it.
+    let shown = fs::canonicalize(&args.out).unwrap_or_else(|_| args.out.clone());
+    let result = ReportJson {
+        report: shown.join(PAGE),
+        numbers: shown.join(NUMBERS),
+        seconds: report.conditions.seconds,
+    };
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    let text = format!(
+        "look at\n  {}\n  {}\n",
+        result.report.display(),
+        result.numbers.display()
+    );
+    output::print_bytes(text.as_bytes())
+}
+
+fn params_from_args(args: &ReportArgs) -> MeasureParams {
+    MeasureParams {
+        viewpoints: args.viewpoints,
+        seed: args.seed,
+        directions: args.directions,
+        resolution_px: args.resolution,
+        worst: args.worst as usize,
+        ..MeasureParams::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use clap::Parser;
+
+    #[test]
+    fn the_defaults_are_those_of_the_params() {
+        let cli = Cli::parse_from(["silmap", "report", "a.glb", "--model", "m.ply", "-o", "d"]);
+        let Command::Report(args) = cli.command else {
+            panic!("another command was read");
+        };
+        assert_eq!(params_from_args(&args), MeasureParams::default());
+    }
+}

@@ -1,0 +1,376 @@
+//! Measuring everything that a report shows about an asset: errors in all places and directions, the worst viewpoints, how long
+//! outlines take, the polytope at some view counts.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use silmap_geometry::{Bounds, Camera, TriangleMesh};
+use silmap_map::{Asset, Interpolation, Method, Scratch, SilhouetteMap, Transfer, asset};
+use silmap_preprocess::Monitor;
+use silmap_preprocess::capture::view_sphere;
+use silmap_preprocess::dense_map::triangulate_view_sphere;
+use silmap_preprocess::evaluate::{
+    Comparison, EvaluateError, EvaluateParams, Place, ViewpointError, evaluate, evaluate_at,
+    spread_viewpoints, summarise,
+};
+use silmap_report::{
+    Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
+    PolytopeLevel, Report, WorstView,
+};
+
+use crate::{interrupt, machine};
+
+/// How much is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MeasureParams {
+    /// Test viewpoints in each place.
+    pub(crate) viewpoints: u32,
+    /// Seed of their directions.
+    pub(crate) seed: u64,
+    /// Directions of the maps of the sphere.
+    pub(crate) directions: u32,
+    /// Side of the test pictures, pixels.
+    pub(crate) resolution_px: u32,
+    /// Worst viewpoints that are shown of the best method; of the others one.
+    pub(crate) worst: usize,
+    /// Outlines that are timed for each method.
+    pub(crate) timed_calls: u32,
+}
+
+impl Default for MeasureParams {
+    fn default() -> Self {
+        Self {
+            viewpoints: 200,
+            seed: 1,
+            directions: 800,
+            resolution_px: 512,
+            worst: 4,
+            timed_calls: 301,
+        }
+    }
+}
+
+/// The places, and where that is.
+const PLACES: [(Place, &str); 3] = [
+    (
+        Place::Polytope,
+        "where random rays from the center meet the polytope of views",
+    ),
+    (Place::Sphere, "on the sphere of the captured views"),
+    (Place::Shell, "at distances of 1.5 to 10 radii, log-uniform"),
+];
+
+/// Measures an asset whose file has these bytes. The report has no pictures, build times or notes yet.
+///
+/// # Errors
+/// When interrupted, or the map is broken.
+pub(crate) fn measure<'a>(
+    asset: &'a Asset,
+    bytes: &[u8],
+    model: &'a TriangleMesh,
+    params: &MeasureParams,
+    monitor: &Monitor<'_>,
+) -> anyhow::Result<Report<'a>> {
+    let started = Instant::now();
+    let map = &asset.map;
+    // First, while nothing else of this program runs.
+    let contour_times = time_outlines(map, params.timed_calls)?;
+    let places = PLACES
+        .iter()
+        .map(|&(place, description)| {
+            place_errors(map, model, (place, description), params, monitor)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let directions = direction_errors(map, model, params, monitor)?;
+    let worst = worst_views(map, model, places.first(), params)?;
+    Ok(Report {
+        title: format!("Outline of {}", asset.record.name),
+        asset,
+        model,
+        bytes: byte_rows(&asset::sizes(bytes)?),
+        seconds: Vec::new(),
+        rows: Vec::new(),
+        uniform_curve: None,
+        polytopes: polytopes(asset),
+        places,
+        directions,
+        worst,
+        contour_times,
+        conditions: Conditions {
+            machine: machine::describe(),
+            threads: rayon::current_num_threads() as u32,
+            is_optimised: !cfg!(debug_assertions),
+            resolution_px: params.resolution_px,
+            seed: params.seed,
+            seconds: started.elapsed().as_secs_f64(),
+        },
+        notes: vec![format!(
+            "The asset was made by {} with {}.",
+            asset.record.generator, asset.record.options
+        )],
+    })
+}
+
+fn evaluate_params(map: &SilhouetteMap, params: &MeasureParams) -> EvaluateParams {
+    EvaluateParams {
+        viewpoints: params.viewpoints,
+        seed: params.seed,
+        methods: Method::all_for(map).collect(),
+        size_px: params.resolution_px,
+        ..EvaluateParams::default()
+    }
+}
+
+/// Errors of all methods in one place; off the polytope also of the best method by the homography, which depths replace.
+fn place_errors(
+    map: &SilhouetteMap,
+    model: &TriangleMesh,
+    (place, description): (Place, &str),
+    params: &MeasureParams,
+    monitor: &Monitor<'_>,
+) -> Result<PlaceErrors, EvaluateError> {
+    let params = EvaluateParams {
+        place,
+        ..evaluate_params(map, params)
+    };
+    let errors = evaluate(map, model, &params, monitor)?;
+    let mut methods: Vec<MethodErrors> = summarise(&errors)
+        .iter()
+        .map(|e| method_row(e, ""))
+        .collect();
+    if place != Place::Polytope && map.has_depth() {
+        let by_homography = EvaluateParams {
+            methods: vec![Method::best_for(map)],
+            transfer: Transfer::Homography,
+            ..params.clone()
+        };
+        let errors = evaluate(map, model, &by_homography, monitor)?;
+        methods.extend(
+            summarise(&errors)
+                .iter()
+                .map(|e| method_row(e, ", by homography")),
+        );
+    }
+    Ok(PlaceErrors {
+        place: place.name().to_owned(),
+        description: description.to_owned(),
+        viewpoints: params.viewpoints,
+        methods,
+        samples: errors.iter().map(error_sample).collect(),
+    })
+}
+
+fn method_row(errors: &silmap_preprocess::evaluate::MethodErrors, suffix: &str) -> MethodErrors {
+    MethodErrors {
+        method: format!("{}{suffix}", errors.method.name()),
+        misclassified: [
+            errors.misclassified_mean,
+            errors.misclassified_median,
+            errors.misclassified_max,
+        ],
+        escaped: [errors.escaped_mean, errors.escaped_max],
+    }
+}
+
+fn error_sample(error: &ViewpointError) -> ErrorSample {
+    ErrorSample {
+        method: error.method.name().to_owned(),
+        eye: error.eye,
+        misclassified: error.misclassified,
+        escaped: error.escaped,
+    }
+}
+
+fn direction_errors(
+    map: &SilhouetteMap,
+    model: &TriangleMesh,
+    params: &MeasureParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<DirectionErrors>, EvaluateError> {
+    let eyes = spread_viewpoints(map, params.directions)?;
+    let errors = evaluate_at(&eyes, map, model, &evaluate_params(map, params), monitor)?;
+    let mut best_first: Vec<Method> = Method::all_for(map).collect();
+    best_first.sort_by_key(|m| *m != Method::best_for(map));
+    let samples = |method: Method| {
+        let direction = |e: &ViewpointError| (e.eye - map.center).normalize_or_zero();
+        errors
+            .iter()
+            .filter(|e| e.method == method)
+            .map(|e| (direction(e), e.misclassified))
+            .collect()
+    };
+    Ok(best_first
+        .into_iter()
+        .map(|method| DirectionErrors {
+            method: method.name().to_owned(),
+            samples: samples(method),
+        })
+        .collect())
+}
+
+/// The viewpoints of a place with the largest errors: some of the best method, one of each other.
+fn worst_views(
+    map: &SilhouetteMap,
+    model: &TriangleMesh,
+    place: Option<&PlaceErrors>,
+    params: &MeasureParams,
+) -> anyhow::Result<Vec<WorstView>> {
+    let mut scratch = Scratch::new(map)?;
+    let best = Method::best_for(map);
+    let mut methods: Vec<Method> = Method::all_for(map).collect();
+    methods.sort_by_key(|m| *m != best);
+    let mut views = Vec::new();
+    for method in methods {
+        let count = if method == best { params.worst } else { 1 };
+        let samples = place.map_or(&[][..], |p| &p.samples);
+        for sample in largest_errors(samples, method.name(), count) {
+            interrupt::check()?;
+            let seen = Comparison::new(sample.eye, map, model, params.resolution_px)?;
+            let predicted = seen.predict(map, method.into(), &mut scratch)?;
+            views.push(WorstView {
+                sample: sample.clone(),
+                camera: seen.camera,
+                truth: seen.truth,
+                predicted,
+            });
+        }
+    }
+    Ok(views)
+}
+
+/// The samples of a method with the largest errors, largest first; of equal ones the earlier first.
+fn largest_errors<'a>(
+    samples: &'a [ErrorSample],
+    method: &str,
+    count: usize,
+) -> Vec<&'a ErrorSample> {
+    let mut of_method: Vec<&ErrorSample> = samples.iter().filter(|s| s.method == method).collect();
+    of_method.sort_by(|a, b| b.misclassified.total_cmp(&a.misclassified));
+    of_method.truncate(count);
+    of_method
+}
+
+/// How long outlines take along a smooth walk around the model, at the distance of the views.
+fn time_outlines(map: &SilhouetteMap, calls: u32) -> anyhow::Result<Vec<ContourTime>> {
+    let mut scratch = Scratch::new(map)?;
+    let size = (map.resolution_px, map.resolution_px);
+    let cameras = walk(map, calls.max(1))
+        .into_iter()
+        .map(|eye| Camera::fit_sphere(eye, map.center, map.radius, None, size))
+        .collect::<Result<Vec<_>, _>>()?;
+    Method::all_for(map)
+        .map(|method| {
+            let how = Interpolation::from(method);
+            let mut times = Vec::with_capacity(cameras.len());
+            // The first round fills the buffers that later calls, a frame each, find warm.
+            for is_timed in [false, true] {
+                for camera in &cameras {
+                    interrupt::check()?;
+                    let since = Instant::now();
+                    scratch.interpolate(map, camera, how)?;
+                    if is_timed {
+                        times.push(since.elapsed().as_secs_f64());
+                    }
+                }
+            }
+            times.sort_by(f64::total_cmp);
+            Ok(ContourTime {
+                method: method.name().to_owned(),
+                median: times[times.len() / 2],
+                most: times[times.len() * 19 / 20],
+                calls: times.len() as u32,
+            })
+        })
+        .collect()
+}
+
+/// Eyes on a curve that winds twice around the model while it goes up and down.
+fn walk(map: &SilhouetteMap, steps: u32) -> Vec<DVec3> {
+    let distance = view_distance(map);
+    (0..steps)
+        .map(|k| {
+            let part = f64::from(k) / f64::from(steps) * std::f64::consts::TAU;
+            let (x, z) = (2.0 * part).sin_cos();
+            let y = 1.2 * (3.0 * part).sin();
+            map.center + DVec3::new(x, y, z).normalize_or_zero() * distance
+        })
+        .collect()
+}
+
+fn view_distance(map: &SilhouetteMap) -> f64 {
+    map.views
+        .first()
+        .map_or(3.0 * map.radius, |v| v.camera.eye.distance(map.center))
+}
+
+/// The polytope as it was captured and as it is now.
+fn polytopes(asset: &Asset) -> Vec<PolytopeLevel> {
+    let map = &asset.map;
+    let captured = asset.record.captured_views;
+    let mut levels = Vec::new();
+    if captured as usize > map.views.len()
+        && let Some((eyes, triangles)) = captured_polytope(map, captured)
+    {
+        levels.push(PolytopeLevel {
+            label: format!("{captured} views captured"),
+            eyes,
+            triangles,
+        });
+    }
+    levels.push(PolytopeLevel {
+        label: format!("{} views kept", map.views.len()),
+        eyes: map.views.iter().map(|v| v.camera.eye).collect(),
+        triangles: map.triangles.clone(),
+    });
+    levels
+}
+
+/// The polytope of the captured views, which the asset does not hold but which their number determines.
+fn captured_polytope(map: &SilhouetteMap, count: u32) -> Option<(Vec<DVec3>, Vec<[u32; 3]>)> {
+    let arm = DVec3::splat(map.radius);
+    let bounds = Bounds {
+        min: map.center - arm,
+        max: map.center + arm,
+        center: map.center,
+        radius: map.radius,
+    };
+    let cameras = view_sphere(&bounds, view_distance(map), count, map.resolution_px).ok()?;
+    let eyes: Vec<DVec3> = cameras.iter().map(|c| c.eye).collect();
+    let triangles = triangulate_view_sphere(map.center, &eyes).ok()?;
+    Some((eyes, triangles))
+}
+
+fn byte_rows(sizes: &asset::AssetSizes) -> Vec<(String, u64)> {
+    [
+        ("silhouettes", sizes.map),
+        ("hull", sizes.hull),
+        ("textures", sizes.textures),
+        ("whole file", sizes.total),
+    ]
+    .map(|(name, bytes)| (name.to_owned(), bytes))
+    .to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_errors_of_a_method_come_first() {
+        let sample = |method: &str, misclassified: f64| ErrorSample {
+            method: method.to_owned(),
+            eye: DVec3::ZERO,
+            misclassified,
+            escaped: 0.0,
+        };
+        let samples = [
+            sample("hull", 0.9),
+            sample("tight", 0.1),
+            sample("tight", 0.3),
+            sample("tight", 0.2),
+        ];
+        let found = largest_errors(&samples, "tight", 2);
+        assert_eq!(found, [&samples[2], &samples[3]]);
+        assert!(largest_errors(&samples, "paper", 2).is_empty());
+    }
+}

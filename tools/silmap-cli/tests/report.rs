@@ -1,0 +1,294 @@
+//! `silmap report` on a small torus: the page and the numbers, and that there is all of it or nothing.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on fails where it stands"
+)]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{Ended, check_one_sentence, fixture, run, run_json, scratch};
+use serde_json::Value;
+
+/// Options that make it quick.
+const QUICK: [&str; 6] = [
+    "--viewpoints",
+    "6",
+    "--directions",
+    "40",
+    "--resolution",
+    "96",
+];
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// The arguments of a quick report on an asset.
+fn arguments<'a>(asset: &'a Path, model: &'a Path, out: &'a Path) -> Vec<&'a str> {
+    let mut arguments = vec![
+        "report",
+        text(asset),
+        "--model",
+        text(model),
+        "-o",
+        text(out),
+    ];
+    arguments.extend(QUICK);
+    arguments
+}
+
+fn report(asset: &Path, model: &Path, out: &Path) -> Ended {
+    run(&arguments(asset, model, out))
+}
+
+fn number(object: &Value, pointer: &str) -> f64 {
+    object
+        .pointer(pointer)
+        .and_then(Value::as_f64)
+        .unwrap_or_else(|| panic!("{pointer} is no number"))
+}
+
+#[test]
+fn page_and_numbers_say_what_scripts_read() {
+    let (made, folder) = (fixture(), scratch("report"));
+    let out = folder.join("new");
+    let mut with_json = arguments(&made.asset, &made.model, &out);
+    with_json.push("--json");
+    let printed = run_json(&with_json);
+    assert!(printed["report"].as_str().unwrap().ends_with("report.html"));
+    assert!(
+        printed["numbers"]
+            .as_str()
+            .unwrap()
+            .ends_with("report.json")
+    );
+    let mut names: Vec<_> = fs::read_dir(&out)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["report.html", "report.json"]);
+    assert_eq!(
+        fs::read_dir(&folder).unwrap().count(),
+        1,
+        "something was left beside it"
+    );
+
+    let json = fs::read_to_string(out.join("report.json")).unwrap();
+    let numbers: Value = serde_json::from_str(&json).unwrap();
+    for place in ["polytope", "sphere", "shell"] {
+        assert_eq!(numbers["places"][place]["viewpoints"], 6, "{place}");
+        for method in ["paper", "hull", "tight"] {
+            let of = |name: &str| {
+                number(
+                    &numbers,
+                    &format!("/places/{place}/methods/{method}/{name}"),
+                )
+            };
+            let (mean, median, max) = (
+                of("misclassified_mean"),
+                of("misclassified_median"),
+                of("misclassified_max"),
+            );
+            assert!(
+                mean > 0.0 && mean <= max && median <= max && max < 1.0,
+                "{place}, {method}"
+            );
+            assert!(of("escaped_mean") <= of("escaped_max") && of("escaped_max") <= max);
+        }
+    }
+    for method in ["paper", "hull", "tight"] {
+        assert!(number(&numbers, &format!("/seconds/contour/{method}/median")) > 0.0);
+    }
+    assert_eq!(
+        numbers["bytes"]["whole file"],
+        fs::metadata(&made.asset).unwrap().len()
+    );
+    assert_eq!(numbers["views"].as_array().unwrap().len(), 20);
+    assert!(numbers["curve"]["kept"].as_array().unwrap().len() > 1);
+    assert_eq!(
+        numbers["directions"][0]["samples"]
+            .as_array()
+            .unwrap()
+            .len(),
+        40
+    );
+    assert!(
+        !numbers["conditions"]["machine"]
+            .as_str()
+            .unwrap()
+            .is_empty()
+    );
+
+    let html = fs::read_to_string(out.join("report.html")).unwrap();
+    for part in [
+        "Errors of the outline",
+        "Views and error",
+        "Error by direction",
+        "Worst viewpoints",
+        "The polytope of views",
+        "64 views captured",
+        "20 views kept",
+        "A contour in space",
+        "A pair of views",
+        "Sizes",
+        "Times",
+    ] {
+        assert!(html.contains(part), "{part} is missing");
+    }
+    assert!(
+        !html.contains("http:") && !html.contains("https:"),
+        "the page needs the network"
+    );
+}
+
+#[test]
+fn errors_are_those_that_evaluate_measures() {
+    let (made, folder) = (fixture(), scratch("report-as-evaluate"));
+    let ended = report(&made.asset, &made.model, &folder);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let json = fs::read_to_string(folder.join("report.json")).unwrap();
+    let numbers: Value = serde_json::from_str(&json).unwrap();
+    let (asset, model) = (text(&made.asset), text(&made.model));
+    let mut arguments = vec![
+        "evaluate",
+        asset,
+        "--model",
+        model,
+        "--json",
+        "--viewpoints",
+        "6",
+    ];
+    arguments.extend(["--resolution", "96"]);
+    let evaluated = run_json(&arguments);
+    let worst = number(&evaluated, "/methods/tight/misclassified_max");
+    for name in ["misclassified_mean", "misclassified_max", "escaped_mean"] {
+        assert_eq!(
+            numbers["places"]["polytope"]["methods"]["tight"][name],
+            evaluated["methods"]["tight"][name],
+            "{name}"
+        );
+    }
+    let shown = numbers["worst"].as_array().unwrap();
+    assert_eq!(shown.len(), 4 + 2, "four of tight, one of each other");
+    assert!((number(&shown[0], "/misclassified") - worst).abs() < 1e-12);
+}
+
+#[test]
+fn the_errors_of_another_model_are_large() {
+    let (made, folder) = (fixture(), scratch("report-another"));
+    let other = folder.join("knot.ply");
+    let knot = run(&[
+        "generate",
+        "trefoil-knot",
+        "--faces",
+        "800",
+        "-o",
+        text(&other),
+    ]);
+    assert_eq!(knot.code, 0, "{}", knot.err);
+    // The knot must fit the torus's bounding sphere to be drawn at all; where it does not, that is said and nothing is left.
+    let out = folder.join("out");
+    let ended = report(&made.asset, &other, &out);
+    assert!(ended.err.contains("this is not the mesh"), "{}", ended.err);
+    if ended.code == 0 {
+        let json = fs::read_to_string(out.join("report.json")).unwrap();
+        let numbers: Value = serde_json::from_str(&json).unwrap();
+        let mean = number(
+            &numbers,
+            "/places/polytope/methods/tight/misclassified_mean",
+        );
+        assert!(mean > 0.2, "{mean}");
+    } else {
+        check_one_sentence(&ended, "another model");
+        assert!(!out.exists());
+    }
+}
+
+#[test]
+fn bad_input_leaves_nothing() {
+    let (made, folder) = (fixture(), scratch("report-bad"));
+    let out = folder.join("out");
+    let open = folder.join("open.obj");
+    fs::write(&open, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let file = folder.join("file");
+    fs::write(&file, "a file, not a folder").unwrap();
+    let missing = folder.join("missing");
+    for (what, ended) in [
+        ("no asset", report(&missing, &made.model, &out)),
+        (
+            "a mesh for an asset",
+            report(&made.model, &made.model, &out),
+        ),
+        ("no model", report(&made.asset, &missing, &out)),
+        ("an open model", report(&made.asset, &open, &out)),
+        (
+            "a file for the folder",
+            report(&made.asset, &made.model, &file),
+        ),
+        (
+            "below a file",
+            report(&made.asset, &made.model, &file.join("out")),
+        ),
+        (
+            "below nothing",
+            report(&made.asset, &made.model, &missing.join("out")),
+        ),
+    ] {
+        check_one_sentence(&ended, what);
+        assert_eq!(ended.out, "", "{what}");
+    }
+    assert_eq!(
+        fs::read_dir(&folder).unwrap().count(),
+        2,
+        "something was left"
+    );
+    let asset = text(&made.asset);
+    for wrong in [
+        vec!["report", asset, "-o", "x"],
+        vec!["report", asset, "--model", "m.ply"],
+        vec![
+            "report",
+            asset,
+            "--model",
+            "m.ply",
+            "-o",
+            "x",
+            "--viewpoints",
+            "0",
+        ],
+        vec![
+            "report",
+            asset,
+            "--model",
+            "m.ply",
+            "-o",
+            "x",
+            "--directions",
+            "1",
+        ],
+    ] {
+        let ended = run(&wrong);
+        assert_eq!(ended.code, 2, "{wrong:?}: {}", ended.err);
+    }
+}
+
+#[test]
+fn a_folder_that_is_there_keeps_its_other_files() {
+    let (made, folder) = (fixture(), scratch("report-again"));
+    fs::write(folder.join("mine.txt"), "mine").unwrap();
+    fs::write(folder.join("report.html"), "an old one").unwrap();
+    let ended = report(&made.asset, &made.model, &folder);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert_eq!(fs::read(folder.join("mine.txt")).unwrap(), b"mine");
+    assert!(
+        fs::read_to_string(folder.join("report.html"))
+            .unwrap()
+            .starts_with("<!DOCTYPE html>")
+    );
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 3);
+}

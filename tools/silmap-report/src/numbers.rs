@@ -1,0 +1,146 @@
+//! All numbers of the page as JSON: `report.json`.
+
+use serde_json::{Map, Value, json};
+
+use crate::{ErrorSample, MethodErrors, PlaceErrors, Report};
+
+/// The numbers as one object.
+pub(crate) fn numbers(report: &Report<'_>) -> Value {
+    let asset = report.asset;
+    let (record, map) = (&asset.record, &asset.map);
+    let counts = contour_counts(report);
+    json!({
+        "title": report.title,
+        "model": {
+            "name": record.name,
+            "faces": record.model_faces,
+            "vertices": record.model_vertices,
+            "center": map.center.to_array(),
+            "radius": map.radius,
+        },
+        "made_by": record.generator,
+        "options": record.options,
+        "map": {
+            "views": map.views.len(),
+            "captured_views": record.captured_views,
+            "triangles": map.triangles.len(),
+            "resolution": map.resolution_px,
+            "tolerance": map.tolerance_px,
+            "has_depth": map.has_depth(),
+        },
+        "contours": {
+            "vertices_min": counts.least,
+            "vertices_median": counts.median,
+            "vertices_mean": counts.mean,
+            "vertices_max": counts.most,
+            "vertices_total": counts.total,
+        },
+        "views": map.views.iter().zip(map.contour_vertex_counts()).map(|(view, vertices)| json!({
+            "eye": view.camera.eye.to_array(),
+            "contours": view.contours.len(),
+            "contour_vertices": vertices,
+        })).collect::<Vec<_>>(),
+        "bytes": by_name(&report.bytes),
+        "curve": {
+            "kept": record.error_curve,
+            "uniform": report.uniform_curve,
+        },
+        "polytopes": report.polytopes.iter().map(|level| json!({
+            "label": level.label,
+            "views": level.eyes.len(),
+            "triangles": level.triangles.len(),
+        })).collect::<Vec<_>>(),
+        "places": report.places.iter()
+            .map(|p| (p.place.clone(), place(p)))
+            .collect::<Map<_, _>>(),
+        "directions": report.directions.iter().map(|d| json!({
+            "method": d.method,
+            "samples": d.samples.iter().map(|(direction, share)| json!({
+                "direction": direction.to_array(),
+                "misclassified": share,
+            })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "worst": report.worst.iter().map(|w| sample(&w.sample)).collect::<Vec<_>>(),
+        "seconds": {
+            "build": by_name(&report.seconds),
+            "contour": report.contour_times.iter().map(|t| (t.method.clone(), json!({
+                "median": t.median,
+                "percentile_95": t.most,
+                "calls": t.calls,
+            }))).collect::<Map<_, _>>(),
+            "measuring": report.conditions.seconds,
+        },
+        "conditions": {
+            "machine": report.conditions.machine,
+            "threads": report.conditions.threads,
+            "is_optimised": report.conditions.is_optimised,
+            "resolution": report.conditions.resolution_px,
+            "seed": report.conditions.seed,
+        },
+        "notes": report.notes,
+    })
+}
+
+fn by_name<T: Copy + Into<Value>>(pairs: &[(String, T)]) -> Map<String, Value> {
+    pairs
+        .iter()
+        .map(|(name, value)| (name.clone(), (*value).into()))
+        .collect()
+}
+
+fn place(errors: &PlaceErrors) -> Value {
+    json!({
+        "viewpoints": errors.viewpoints,
+        "methods": errors.methods.iter()
+            .map(|m| (m.method.clone(), summary(m)))
+            .collect::<Map<_, _>>(),
+        "per_viewpoint": errors.samples.iter().map(sample).collect::<Vec<_>>(),
+    })
+}
+
+/// With the names that `silmap evaluate --json` has.
+fn summary(errors: &MethodErrors) -> Value {
+    let [mean, median, max] = errors.misclassified;
+    json!({
+        "misclassified_mean": mean,
+        "misclassified_median": median,
+        "misclassified_max": max,
+        "escaped_mean": errors.escaped[0],
+        "escaped_max": errors.escaped[1],
+    })
+}
+
+fn sample(s: &ErrorSample) -> Value {
+    json!({
+        "eye": s.eye.to_array(),
+        "method": s.method,
+        "misclassified": s.misclassified,
+        "escaped": s.escaped,
+    })
+}
+
+/// How many vertices the contours of the views have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ContourCounts {
+    pub(crate) least: usize,
+    pub(crate) median: f64,
+    pub(crate) mean: f64,
+    pub(crate) most: usize,
+    pub(crate) total: usize,
+}
+
+/// Counts over the views of the asset; zeros when it has none.
+pub(crate) fn contour_counts(report: &Report<'_>) -> ContourCounts {
+    let mut counts: Vec<usize> = report.asset.map.contour_vertex_counts().collect();
+    counts.sort_unstable();
+    let n = counts.len();
+    let at = |k: usize| counts.get(k).copied().unwrap_or(0);
+    let total = counts.iter().sum();
+    ContourCounts {
+        least: at(0),
+        median: f64::midpoint(at(n.saturating_sub(1) / 2) as f64, at(n / 2) as f64),
+        mean: total as f64 / n.max(1) as f64,
+        most: at(n.saturating_sub(1)),
+        total,
+    }
+}

@@ -1,0 +1,214 @@
+//! The page and the numbers of a small report.
+
+use silmap_geometry::{Camera, ColourImage, CoverageRule, Mask, TriangleMesh};
+use silmap_map::{
+    Asset, BuildRecord, CapturedView, CoarseHull, SilhouetteMap, TextureSet, ViewContour,
+};
+
+use super::*;
+use crate::{Conditions, ContourTime, DirectionErrors, PolytopeLevel};
+
+/// Views of nothing in particular from the corners of a tetrahedron.
+fn asset() -> Asset {
+    let corners = [
+        [1.0, 1.0, 1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+    let view = |corner: [f64; 3]| {
+        let eye = DVec3::from_array(corner) * 3.0;
+        let camera = Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (64, 64)).unwrap();
+        let points = [[20.0, 20.0], [44.0, 20.0], [44.0, 44.0], [20.0, 44.0]];
+        CapturedView {
+            camera,
+            contours: vec![ViewContour {
+                points: points.map(Into::into).to_vec(),
+                depths: vec![eye.length(); 4],
+            }],
+        }
+    };
+    Asset {
+        record: BuildRecord {
+            model_faces: 69_674,
+            captured_views: 1024,
+            error_curve: vec![(1024, 0.001), (128, 0.01)],
+            ..BuildRecord::default()
+        },
+        map: SilhouetteMap {
+            center: [0.0; 3].into(),
+            radius: 1.0,
+            resolution_px: 64,
+            tolerance_px: 0.5,
+            coverage: CoverageRule::Center,
+            views: corners.map(view).to_vec(),
+            triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+        },
+        hull: CoarseHull::default(),
+        textures: TextureSet::default(),
+    }
+}
+
+fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
+    let sample = |method: &str, misclassified: f64| ErrorSample {
+        method: method.to_owned(),
+        eye: DVec3::new(0.0, 0.5, 4.0),
+        misclassified,
+        escaped: 0.002,
+    };
+    let camera = asset.map.views[0].camera;
+    Report {
+        title: "A <model> & more".to_owned(),
+        asset,
+        model,
+        bytes: vec![
+            ("silhouettes".to_owned(), 12_345),
+            ("whole file".to_owned(), 54_321),
+        ],
+        seconds: vec![("capture".to_owned(), 1.5)],
+        rows: vec![PictureRow {
+            caption: "from the left".to_owned(),
+            pictures: vec![Picture {
+                label: "clipped".to_owned(),
+                image: ColourImage {
+                    width: 1,
+                    height: 1,
+                    rgba: vec![1, 2, 3, 255],
+                },
+            }],
+        }],
+        uniform_curve: Some(vec![(1024, 0.001), (128, 0.02)]),
+        polytopes: vec![PolytopeLevel {
+            label: "four views".to_owned(),
+            eyes: asset.map.views.iter().map(|v| v.camera.eye).collect(),
+            triangles: asset.map.triangles.clone(),
+        }],
+        places: vec![PlaceErrors {
+            place: "polytope".to_owned(),
+            description: "somewhere".to_owned(),
+            viewpoints: 7,
+            methods: vec![MethodErrors {
+                method: "tight".to_owned(),
+                misclassified: [0.0123, 0.01, 0.05],
+                escaped: [0.0001, 0.002],
+            }],
+            samples: vec![sample("tight", 0.0123), sample("tight", 0.05)],
+        }],
+        directions: vec![DirectionErrors {
+            method: "tight".to_owned(),
+            samples: vec![(DVec3::Z, 0.01), (DVec3::X, 0.04)],
+        }],
+        worst: vec![WorstView {
+            sample: sample("tight", 0.05),
+            camera,
+            truth: Mask::new(64, 64),
+            predicted: Mask::new(64, 64),
+        }],
+        contour_times: vec![ContourTime {
+            method: "tight".to_owned(),
+            median: 0.000_25,
+            most: 0.0005,
+            calls: 9,
+        }],
+        conditions: Conditions {
+            machine: "a machine".to_owned(),
+            threads: 2,
+            ..Conditions::default()
+        },
+        notes: vec!["A note.".to_owned()],
+    }
+}
+
+#[test]
+fn the_page_holds_what_it_was_given() {
+    let (asset, model) = (asset(), TriangleMesh::default());
+    let html = crate::html(&report(&asset, &model));
+    for part in [
+        "A &lt;model&gt; &amp; more",
+        "69,674",
+        "12,345",
+        "1.50",
+        "from the left",
+        "data:image/png;base64,",
+        "1.230",
+        "0.010",
+        "A note.",
+        "a machine",
+        "0.250",
+        "spread evenly",
+        "four views",
+        "Simplification curve",
+        "Error by direction, method tight",
+        "A contour in space",
+        "Epipolar lines of view",
+        "halfway",
+        "eye 0,0.5,4",
+    ] {
+        assert!(html.contains(part), "{part} is missing");
+    }
+}
+
+#[test]
+fn the_page_loads_nothing() {
+    let (asset, model) = (asset(), TriangleMesh::default());
+    let html = crate::html(&report(&asset, &model));
+    for start in ["src=\"", "href=\"", "url("] {
+        for (at, _) in html.match_indices(start) {
+            let address = &html[at + start.len()..];
+            let is_inside = address.starts_with("data:") || address.starts_with('#');
+            assert!(is_inside, "{}", &address[..address.len().min(60)]);
+        }
+    }
+    for word in ["http:", "https:", "@import", "<script", "<link", "NaN"] {
+        assert!(!html.contains(word), "{word} is in the page");
+    }
+}
+
+#[test]
+fn an_asset_of_which_little_is_known_has_a_page_too() {
+    let (mut asset, model) = (asset(), TriangleMesh::default());
+    asset.record.error_curve.clear();
+    for view in &mut asset.map.views {
+        view.contours.iter_mut().for_each(|c| c.depths.clear());
+    }
+    let mut little = report(&asset, &model);
+    little.uniform_curve = None;
+    little.places.clear();
+    little.directions.clear();
+    little.worst.clear();
+    little.contour_times.clear();
+    little.polytopes.clear();
+    let html = crate::html(&little);
+    assert!(html.contains("Sizes") && !html.contains("Worst") && !html.contains("in space"));
+}
+
+#[test]
+fn numbers_are_those_of_the_report() {
+    let (asset, model) = (asset(), TriangleMesh::default());
+    let text = crate::json(&report(&asset, &model));
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for (pointer, value) in [
+        ("/places/polytope/methods/tight/misclassified_mean", 0.0123),
+        ("/places/polytope/per_viewpoint/1/misclassified", 0.05),
+        ("/bytes/silhouettes", 12_345.0),
+        ("/curve/uniform/1/1", 0.02),
+        ("/contours/vertices_median", 4.0),
+        ("/contours/vertices_total", 16.0),
+        ("/seconds/contour/tight/median", 0.000_25),
+    ] {
+        let found = json.pointer(pointer).and_then(serde_json::Value::as_f64);
+        assert_eq!(found, Some(value), "{pointer} in {text}");
+    }
+}
+
+#[test]
+fn numbers_are_written_for_people() {
+    assert_eq!(
+        [0.0, 3.0, 1234.5, 0.012_344, -0.5, 120_000.0].map(significant),
+        ["0", "3", "1234", "0.01234", "-0.5", "120000"]
+    );
+    assert_eq!(
+        [7, 1000, 1_234_567].map(grouped),
+        ["7", "1,000", "1,234,567"]
+    );
+}
