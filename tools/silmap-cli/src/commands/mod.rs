@@ -3,6 +3,7 @@
 mod build;
 mod contour;
 mod demo;
+mod edges;
 mod evaluate;
 mod generate;
 mod hull;
@@ -40,6 +41,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Inspect(args) => inspect::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Hull(args) => hull::run(&args),
+        Command::Edges(args) => edges::run(&args),
         Command::Generate(args) => generate::run(&args),
     }
 }
