@@ -121,6 +121,16 @@ impl EdgeMesh {
         self.faces[face].map(|v| self.positions[v as usize])
     }
 
+    /// The plane of a face in the unit ball, in double precision; `None` when the normal is not known well enough.
+    pub(crate) fn exact_plane(&self, face: usize) -> Option<[f64; 4]> {
+        unit_plane(self.corners(face), &self.frame)
+    }
+
+    /// A vertex in the unit ball.
+    pub(crate) fn ball_position(&self, vertex: u32) -> DVec3 {
+        (self.positions[vertex as usize] - self.frame.center) / self.frame.radius
+    }
+
     /// Whether the face shows its front, exactly.
     #[inline(always)]
     pub(crate) fn is_front(&self, face: u32, viewpoint: &Viewpoint, query: &Query) -> bool {

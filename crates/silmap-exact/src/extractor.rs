@@ -3,6 +3,8 @@
 use std::fmt;
 
 use crate::brute::{Brute, BruteParallel};
+use crate::cluster_forest::ClusterForest;
+use crate::cones::{AnchoredCones, cone_forest};
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
@@ -21,6 +23,8 @@ pub enum Method {
     Hash,
     /// The faces across the edges of front faces.
     Table,
+    /// A forest of nodes that are passed over from viewpoints in their anchored cones.
+    Cones,
 }
 
 impl Method {
@@ -31,6 +35,7 @@ impl Method {
         Self::List,
         Self::Hash,
         Self::Table,
+        Self::Cones,
     ];
 
     /// The name that commands and reports use.
@@ -42,6 +47,7 @@ impl Method {
             Self::List => "list",
             Self::Hash => "hash",
             Self::Table => "table",
+            Self::Cones => "cones",
         }
     }
 }
@@ -84,6 +90,7 @@ enum MethodData {
     List,
     Hash(EdgeHash),
     Table(EdgeTable),
+    Cones(ClusterForest<AnchoredCones>),
 }
 
 impl<'m> Extractor<'m> {
@@ -96,6 +103,7 @@ impl<'m> Extractor<'m> {
             Method::List => MethodData::List,
             Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
             Method::Table => MethodData::Table(EdgeTable::new(mesh)),
+            Method::Cones => MethodData::Cones(cone_forest(mesh)),
         };
         Self { mesh, data }
     }
@@ -111,6 +119,7 @@ impl<'m> Extractor<'m> {
             MethodData::List => edge_list::extract(mesh, viewpoint, out),
             MethodData::Hash(hash) => hash.extract(mesh, viewpoint, out),
             MethodData::Table(table) => table.extract(mesh, viewpoint, out),
+            MethodData::Cones(forest) => forest.extract(mesh, viewpoint, out),
         }
     }
 
@@ -130,6 +139,7 @@ impl<'m> Extractor<'m> {
             MethodData::List => planes + faces,
             MethodData::Hash(hash) => planes + faces + hash.bytes(),
             MethodData::Table(table) => planes + faces + table.bytes(),
+            MethodData::Cones(forest) => forest.bytes(),
         }
     }
 }

@@ -29,6 +29,8 @@
 
 mod boundary;
 mod brute;
+mod cluster_forest;
+mod cones;
 mod edge_hash;
 mod edge_list;
 mod edge_mesh;
@@ -36,6 +38,7 @@ mod edge_table;
 mod extractor;
 mod facing;
 mod loops;
+mod plane_block;
 mod viewpoint;
 mod walk;
 

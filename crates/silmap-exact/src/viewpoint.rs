@@ -42,7 +42,8 @@ pub(crate) struct Frame {
 pub(crate) struct Query {
     pub(crate) point: Vec3,
     pub(crate) weight: f32,
-    /// The value of a plane of unit normal that passes through the unit ball is known up to this.
+    /// The value of a plane of unit normal that passes through the unit ball is known up to this; infinity when the
+    /// viewpoint is none, such as a direction of no length.
     pub(crate) value_error: f32,
 }
 
@@ -63,10 +64,15 @@ impl Query {
         let scaled_weight = weight / largest.max(weight);
         let length = scaled.length().max(scaled_weight);
         let (point, weight) = ((scaled / length).as_vec3(), (scaled_weight / length) as f32);
+        let value_error = VALUE_ERROR * (point.length() + weight);
         Self {
             point,
             weight,
-            value_error: VALUE_ERROR * (point.length() + weight),
+            value_error: if value_error.is_finite() {
+                value_error
+            } else {
+                f32::INFINITY
+            },
         }
     }
 
@@ -99,6 +105,8 @@ mod tests {
         let infinite = Query::new(&Viewpoint::Direction(towards * 1e-200), &frame);
         assert!(far.point.distance(infinite.point) < 1e-6);
         assert_eq!(far.weight, 0.0);
+        let none = Query::new(&Viewpoint::Direction(DVec3::ZERO), &frame);
+        assert_eq!(none.value_error, f32::INFINITY);
         let near = Query::new(&Viewpoint::Eye(DVec3::ONE), &frame);
         assert_eq!((near.point, near.weight), (Vec3::ZERO, 1.0));
     }

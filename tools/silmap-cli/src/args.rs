@@ -446,6 +446,8 @@ pub(crate) enum ExtractionArg {
     Hash,
     /// The neighbours of front faces
     Table,
+    /// A forest whose nodes are passed over where all their faces look one way; takes long to build
+    Cones,
 }
 
 impl From<ExtractionArg> for silmap_exact::Method {
@@ -456,6 +458,7 @@ impl From<ExtractionArg> for silmap_exact::Method {
             ExtractionArg::List => Self::List,
             ExtractionArg::Hash => Self::Hash,
             ExtractionArg::Table => Self::Table,
+            ExtractionArg::Cones => Self::Cones,
         }
     }
 }

@@ -32,7 +32,7 @@ fn check_fields(object: &Value, paths: &[&str]) {
 }
 
 /// The methods of `silmap edges`.
-const EDGE_METHODS: &[&str; 5] = &["brute", "brute-parallel", "list", "hash", "table"];
+const EDGE_METHODS: &[&str; 6] = &["brute", "brute-parallel", "list", "hash", "table", "cones"];
 
 fn path(p: &Path) -> &str {
     p.to_str().unwrap()
