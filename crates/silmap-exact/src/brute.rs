@@ -43,6 +43,11 @@ impl Brute {
         }));
         Work::of_edges(mesh.edges().len())
     }
+
+    /// The edges found last, `count` of them.
+    pub(crate) fn found(&self, count: usize) -> &[u32] {
+        &self.found[..count]
+    }
 }
 
 /// Writes the edges whose faces disagree, numbered from `first`, to the front of `found`, which has room for all of them;

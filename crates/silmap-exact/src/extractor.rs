@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use crate::backface_regions::{FacingRegions, region_hierarchy};
 use crate::brute::{Brute, BruteParallel};
 use crate::cluster_forest::ClusterForest;
 use crate::cones::{AnchoredCones, cone_forest};
+use crate::dual::DualOctree;
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
@@ -25,6 +27,10 @@ pub enum Method {
     Table,
     /// A forest of nodes that are passed over from viewpoints in their anchored cones.
     Cones,
+    /// A hierarchy of clusters bounded by half-spaces.
+    Jc,
+    /// What changed since the last viewpoint, by an octree of the faces' planes as points of dual space.
+    Dual,
 }
 
 impl Method {
@@ -36,6 +42,8 @@ impl Method {
         Self::Hash,
         Self::Table,
         Self::Cones,
+        Self::Jc,
+        Self::Dual,
     ];
 
     /// The name that commands and reports use.
@@ -48,6 +56,8 @@ impl Method {
             Self::Hash => "hash",
             Self::Table => "table",
             Self::Cones => "cones",
+            Self::Jc => "jc",
+            Self::Dual => "dual",
         }
     }
 }
@@ -91,6 +101,8 @@ enum MethodData {
     Hash(EdgeHash),
     Table(EdgeTable),
     Cones(ClusterForest<AnchoredCones>),
+    Jc(ClusterForest<FacingRegions>),
+    Dual(DualOctree),
 }
 
 impl<'m> Extractor<'m> {
@@ -104,6 +116,8 @@ impl<'m> Extractor<'m> {
             Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
             Method::Table => MethodData::Table(EdgeTable::new(mesh)),
             Method::Cones => MethodData::Cones(cone_forest(mesh)),
+            Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
+            Method::Dual => MethodData::Dual(DualOctree::new(mesh)),
         };
         Self { mesh, data }
     }
@@ -120,11 +134,17 @@ impl<'m> Extractor<'m> {
             MethodData::Hash(hash) => hash.extract(mesh, viewpoint, out),
             MethodData::Table(table) => table.extract(mesh, viewpoint, out),
             MethodData::Cones(forest) => forest.extract(mesh, viewpoint, out),
+            MethodData::Jc(forest) => forest.extract(mesh, viewpoint, out),
+            MethodData::Dual(octree) => octree.extract(mesh, viewpoint, out),
         }
     }
 
     /// Forgets earlier viewpoints: the next extraction starts afresh, where a method would otherwise go on from the last.
-    pub fn forget(&mut self) {}
+    pub fn forget(&mut self) {
+        if let MethodData::Dual(octree) = &mut self.data {
+            octree.forget();
+        }
+    }
 
     /// Bytes of what the method keeps about the mesh: planes and edges where it uses them, and its own structure.
     #[must_use]
@@ -140,6 +160,8 @@ impl<'m> Extractor<'m> {
             MethodData::Hash(hash) => planes + faces + hash.bytes(),
             MethodData::Table(table) => planes + faces + table.bytes(),
             MethodData::Cones(forest) => forest.bytes(),
+            MethodData::Jc(forest) => forest.bytes(),
+            MethodData::Dual(octree) => self.mesh.brute_bytes() + octree.bytes(),
         }
     }
 }

@@ -27,10 +27,12 @@
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, sections 5 and 6.
 
+mod backface_regions;
 mod boundary;
 mod brute;
 mod cluster_forest;
 mod cones;
+mod dual;
 mod edge_hash;
 mod edge_list;
 mod edge_mesh;

@@ -448,6 +448,10 @@ pub(crate) enum ExtractionArg {
     Table,
     /// A forest whose nodes are passed over where all their faces look one way; takes long to build
     Cones,
+    /// A hierarchy whose nodes are passed over in the same way, bounded more simply
+    Jc,
+    /// What changed since the last viewpoint, by an octree in dual space: for --walk
+    Dual,
 }
 
 impl From<ExtractionArg> for silmap_exact::Method {
@@ -459,6 +463,8 @@ impl From<ExtractionArg> for silmap_exact::Method {
             ExtractionArg::Hash => Self::Hash,
             ExtractionArg::Table => Self::Table,
             ExtractionArg::Cones => Self::Cones,
+            ExtractionArg::Jc => Self::Jc,
+            ExtractionArg::Dual => Self::Dual,
         }
     }
 }

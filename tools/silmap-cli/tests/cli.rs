@@ -32,7 +32,16 @@ fn check_fields(object: &Value, paths: &[&str]) {
 }
 
 /// The methods of `silmap edges`.
-const EDGE_METHODS: &[&str; 6] = &["brute", "brute-parallel", "list", "hash", "table", "cones"];
+const EDGE_METHODS: &[&str; 8] = &[
+    "brute",
+    "brute-parallel",
+    "list",
+    "hash",
+    "table",
+    "cones",
+    "jc",
+    "dual",
+];
 
 fn path(p: &Path) -> &str {
     p.to_str().unwrap()
