@@ -27,6 +27,7 @@
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, sections 5 and 6.
 
+mod arrangement;
 mod backface_regions;
 mod boundary;
 mod brute;

@@ -3,15 +3,17 @@
 //! The projected loops of the silhouette wind about an image point once for each front-facing layer there, so the union is
 //! where their winding number is not zero. Most of the silhouette lies within it; the polygons are what is left.
 //!
-//! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 6 (winding numbers); the union
-//! itself is that of the crate `i_overlay`, on a grid of integers.
+//! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 6 (winding numbers). The border is
+//! followed along the projected edges themselves; where these touch in a way that needs rounding, the union is that of
+//! the crate `i_overlay`, on a grid of integers.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::float::simplify::SimplifyShape;
 use silmap_geometry::Camera;
 use silmap_geometry::polygon::Loop;
 
+use crate::arrangement::{Segment, border};
 use crate::{DirectedEdge, OutlineError};
 
 /// Points nearer to each other than this share of the image's larger side are one: the grid of integers is still a
@@ -53,12 +55,55 @@ impl<'m> Outliner<'m> {
         edges: &[DirectedEdge],
         camera: &Camera,
     ) -> Result<Vec<Loop>, OutlineError> {
+        let (points, segments) = self.project_segments(edges, camera)?;
+        if let Some(loops) = border(&points, &segments) {
+            return Ok(loops);
+        }
         let loops = self.project_loops(edges, camera)?;
         let shapes = loops.simplify_shape(FillRule::NonZero);
         let contours = shapes.into_iter().flatten();
         Ok(contours
             .map(|contour| contour.into_iter().map(Into::into).collect())
             .collect())
+    }
+
+    /// The silhouette's vertices in the image, and its edges between these, clockwise as seen, which is positive where y
+    /// points down.
+    fn project_segments(
+        &mut self,
+        edges: &[DirectedEdge],
+        camera: &Camera,
+    ) -> Result<(Vec<DVec2>, Vec<Segment>), OutlineError> {
+        let mut points = Vec::with_capacity(edges.len());
+        let mut vertices = Vec::with_capacity(edges.len());
+        let mut segments = Vec::with_capacity(edges.len());
+        for edge in edges {
+            let [from, to] = [edge.to, edge.from].map(|v| {
+                // Numbers of points, for now, in the place of edges.
+                let number = &mut self.first_from[v as usize];
+                if *number == NO_EDGE {
+                    *number = vertices.len() as u32;
+                    vertices.push(v);
+                }
+                *number
+            });
+            segments.push(Segment { from, to });
+        }
+        let mut behind = None;
+        for &v in &vertices {
+            self.first_from[v as usize] = NO_EDGE;
+            let position = self.positions[v as usize];
+            let depth = camera.depth(position);
+            if depth > 0.0 {
+                points.push(camera.image_from_object(position));
+            } else {
+                behind = behind.or(Some((v, depth)));
+            }
+        }
+        match behind {
+            None => Ok((points, segments)),
+            Some((vertex, depth)) => Err(OutlineError::BehindEye { vertex, depth }),
+        }
     }
 
     /// The silhouette as closed loops in the image, without those that are but a point or a line there.
