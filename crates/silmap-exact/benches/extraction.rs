@@ -1,4 +1,4 @@
-//! How long the silhouette of a generated model of about 65,000 faces takes, by method, on a walk of the eye.
+//! How long the silhouette of a generated model of about 65,000 faces takes, by method, and its outline, on a walk of the eye.
 #![allow(
     missing_docs,
     reason = "criterion's macros make undocumented functions"
@@ -8,13 +8,13 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint};
-use silmap_geometry::TriangleMesh;
+use silmap_exact::{EdgeMesh, Extractor, Method, Outliner, Viewpoint, walk_around};
+use silmap_geometry::{Camera, TriangleMesh};
 
 const RINGS: u32 = 256;
 const SIDES: u32 = 128;
 /// Viewpoints of the walk, 0.5° apart.
-const STEPS: u32 = 720;
+const STEPS: usize = 720;
 
 /// A torus with waves on it.
 fn wavy_torus() -> TriangleMesh {
@@ -38,11 +38,8 @@ fn wavy_torus() -> TriangleMesh {
 
 fn extraction(c: &mut Criterion) {
     let mesh = EdgeMesh::new(&wavy_torus()).expect("a torus is manifold");
-    let walk: Vec<Viewpoint> = (0..STEPS)
-        .map(|k| f64::from(k) * 0.5_f64.to_radians())
-        .map(|angle| DVec3::new(4.0 * angle.cos(), 1.5, 4.0 * angle.sin()))
-        .map(Viewpoint::Eye)
-        .collect();
+    let start = Viewpoint::Eye(DVec3::new(4.0, 1.5, 0.0));
+    let walk: Vec<Viewpoint> = walk_around(start, DVec3::ZERO, STEPS).collect();
     let mut group = c.benchmark_group("extraction, 65536 faces");
     let mut edges = Vec::new();
     for &method in Method::ALL {
@@ -63,5 +60,21 @@ fn extraction(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, extraction);
+/// From the edges to polygons.
+fn outline(c: &mut Criterion) {
+    let torus = wavy_torus();
+    let mesh = EdgeMesh::new(&torus).expect("a torus is manifold");
+    let bounds = torus.bounds();
+    let eye = DVec3::new(4.0, 1.5, 1.0);
+    let camera = Camera::fit_sphere(eye, bounds.center, bounds.radius, None, (1024, 1024))
+        .expect("the eye is outside");
+    let mut edges = Vec::new();
+    Extractor::new(&mesh, Method::Brute).extract(&Viewpoint::Eye(eye), &mut edges);
+    let mut outliner = Outliner::new(mesh.positions());
+    c.bench_function("outline, 65536 faces", |b| {
+        b.iter(|| black_box(outliner.outline(&edges, &camera)));
+    });
+}
+
+criterion_group!(benches, extraction, outline);
 criterion_main!(benches);

@@ -26,6 +26,8 @@ const CLOSEST_CROSSINGS: f64 = 1e-9;
 /// Grid cells along one side, for each root of the number of segments.
 const CELLS_PER_ROOT: f64 = 1.2;
 const MOST_CELLS: usize = 512;
+/// Rows for rays, for each row of cells.
+const ROWS_PER_CELL: usize = 4;
 
 /// A crossing as one of its two segments sees it.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +85,7 @@ struct Grid {
     origin: DVec2,
     cells_per_unit: DVec2,
     side: usize,
-    /// Of each cell the range of its segments in `of_cells`; likewise of each row.
+    /// Of each cell the range of its segments in `of_cells`; likewise of each of the finer rows.
     cell_starts: Vec<u32>,
     of_cells: Vec<u32>,
     row_starts: Vec<u32>,
@@ -110,9 +112,18 @@ impl Grid {
             side,
             cell_starts: vec![0; side * side + 1],
             of_cells: Vec::new(),
-            row_starts: vec![0; side + 1],
+            row_starts: vec![0; side * ROWS_PER_CELL + 1],
             of_rows: Vec::new(),
         };
+        let rows: Vec<[usize; 2]> = lines
+            .iter()
+            .map(|[a, b]| [a.y.min(b.y), a.y.max(b.y)].map(|y| grid.row_of(y)))
+            .collect();
+        for &[first, last] in &rows {
+            for count in &mut grid.row_starts[first + 1..=last + 1] {
+                *count += 1;
+            }
+        }
         let boxes: Vec<[usize; 4]> = lines
             .iter()
             .map(|&[a, b]| {
@@ -123,7 +134,6 @@ impl Grid {
             .collect();
         for &[x0, y0, x1, y1] in &boxes {
             for y in y0..=y1 {
-                grid.row_starts[y + 1] += 1;
                 for x in x0..=x1 {
                     grid.cell_starts[y * side + x + 1] += 1;
                 }
@@ -139,10 +149,14 @@ impl Grid {
         grid.of_rows = vec![0; sum_up(&mut grid.row_starts)];
         let mut cell_next = grid.cell_starts.clone();
         let mut row_next = grid.row_starts.clone();
+        for (segment, &[first, last]) in (0..).zip(&rows) {
+            for next in &mut row_next[first..=last] {
+                grid.of_rows[*next as usize] = segment;
+                *next += 1;
+            }
+        }
         for (segment, &[x0, y0, x1, y1]) in (0..).zip(&boxes) {
             for y in y0..=y1 {
-                grid.of_rows[row_next[y] as usize] = segment;
-                row_next[y] += 1;
                 for next in &mut cell_next[y * side + x0..=y * side + x1] {
                     grid.of_cells[*next as usize] = segment;
                     *next += 1;
@@ -150,6 +164,11 @@ impl Grid {
             }
         }
         Some(grid)
+    }
+
+    fn row_of(&self, y: f64) -> usize {
+        let at = (y - self.origin.y) * self.cells_per_unit.y * ROWS_PER_CELL as f64;
+        (at as usize).min(self.side * ROWS_PER_CELL - 1)
     }
 
     fn cell_of(&self, p: DVec2) -> (usize, usize) {
@@ -325,17 +344,19 @@ impl Walker<'_> {
             steps += step;
         }
         let p = a + (b - a) * longest.1;
-        let row = grid.cell_of(p).1;
+        let row = grid.row_of(p.y);
         let range = grid.row_starts[row] as usize..grid.row_starts[row + 1] as usize;
         // A ray towards +x, from the outer side: of itself it meets the segment when this goes down.
         let mut count = if b.y > a.y { 0 } else { -1 };
         for &other in &grid.of_rows[range] {
             let [c, d] = self.lines[other as usize];
-            if other == segment || (c.y <= p.y) == (d.y <= p.y) {
+            let is_beside = (c.y <= p.y) == (d.y <= p.y) || c.x.max(d.x) <= p.x;
+            if is_beside || other == segment {
                 continue;
             }
             let is_upward = d.y > c.y;
-            if (orient2d(c, d, p) > 0.0) == is_upward {
+            // Only where the ray starts within the segment's box does the sign matter.
+            if c.x.min(d.x) > p.x || (orient2d(c, d, p) > 0.0) == is_upward {
                 count += if is_upward { 1 } else { -1 };
             }
         }

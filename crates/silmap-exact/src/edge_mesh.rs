@@ -175,7 +175,8 @@ fn unit_plane([a, b, c]: [DVec3; 3], frame: &Frame) -> Option<[f64; 4]> {
     // Of the cross product: each difference, product and sum is rounded once.
     let error = 8.0 * f64::EPSILON * u.length() * v.length();
     // Also false for what is not a number.
-    if !(error < NORMAL_ERROR * length) {
+    let is_known = error < NORMAL_ERROR * length;
+    if !is_known {
         return None;
     }
     let normal = cross / length;

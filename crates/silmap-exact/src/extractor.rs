@@ -102,7 +102,7 @@ enum MethodData {
     Table(EdgeTable),
     Cones(ClusterForest<AnchoredCones>),
     Jc(ClusterForest<FacingRegions>),
-    Dual(DualOctree),
+    Dual(Box<DualOctree>),
 }
 
 impl<'m> Extractor<'m> {
@@ -117,7 +117,7 @@ impl<'m> Extractor<'m> {
             Method::Table => MethodData::Table(EdgeTable::new(mesh)),
             Method::Cones => MethodData::Cones(cone_forest(mesh)),
             Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
-            Method::Dual => MethodData::Dual(DualOctree::new(mesh)),
+            Method::Dual => MethodData::Dual(Box::new(DualOctree::new(mesh))),
         };
         Self { mesh, data }
     }

@@ -184,7 +184,7 @@ mod tests {
 
     /// Pixels that two masks disagree on.
     fn difference(a: &Mask, b: &Mask) -> u64 {
-        a.count_missing_in(b) as u64 + b.count_missing_in(a) as u64
+        a.count_missing_in(b) + b.count_missing_in(a)
     }
 
     #[test]
