@@ -44,6 +44,11 @@ impl Brute {
         Work::of_edges(mesh.edges().len())
     }
 
+    /// Of each face, for the last viewpoint.
+    pub(crate) fn is_front(&self) -> &[bool] {
+        &self.is_front
+    }
+
     /// The edges found last, `count` of them.
     pub(crate) fn found(&self, count: usize) -> &[u32] {
         &self.found[..count]

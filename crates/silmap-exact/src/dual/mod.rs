@@ -27,7 +27,7 @@ pub(crate) struct DualOctree {
     octree: PointOctree,
     brute: Brute,
     /// The viewpoint that the rest belongs to.
-    last: Option<(Viewpoint, Query)>,
+    last: Option<Query>,
     /// Of each edge, by the octree's number: its ends, and its place in `silhouette` or [`NOT_ON_SILHOUETTE`].
     edges: Vec<(DirectedEdge, u32)>,
     /// The silhouette and, of the same edges, their numbers.
@@ -76,12 +76,12 @@ impl DualOctree {
     ) -> Work {
         let query = mesh.query(viewpoint);
         let is_known = |q: &Query| q.value_error.is_finite();
-        let last = self.last.filter(|(_, q)| is_known(q) && is_known(&query));
+        let last = self.last.filter(|q| is_known(q) && is_known(&query));
         let work = match last {
             None => self.start(mesh, viewpoint),
-            Some(last) => self.follow(mesh, (&last.0, &last.1), (viewpoint, &query)),
+            Some(last) => self.follow(mesh, &last, viewpoint, &query),
         };
-        self.last = Some((*viewpoint, query));
+        self.last = Some(query);
         out.extend_from_slice(&self.silhouette);
         work
     }
@@ -100,6 +100,8 @@ impl DualOctree {
             self.edges[number as usize].1 = place;
             self.silhouette_numbers.push(number);
         }
+        let is_front = self.brute.is_front();
+        self.octree.start(|face| is_front[face as usize]);
         work
     }
 
@@ -107,22 +109,13 @@ impl DualOctree {
     fn follow(
         &mut self,
         mesh: &EdgeMesh,
-        (old, old_query): (&Viewpoint, &Query),
-        (new, new_query): (&Viewpoint, &Query),
+        last: &Query,
+        viewpoint: &Viewpoint,
+        query: &Query,
     ) -> Work {
         self.turned.clear();
-        let visited_nodes = self
-            .octree
-            .find_turned((old_query, new_query), &mut self.turned);
-        for k in 0..self.turned.unsure.len() {
-            let face = self.turned.unsure[k];
-            let was_front = mesh.is_front(face, old, old_query);
-            if mesh.is_front(face, new, new_query) != was_front {
-                for side in self.octree.sides_of(mesh, face) {
-                    self.toggle(side, !was_front);
-                }
-            }
-        }
+        let view = (viewpoint, query);
+        let visited_nodes = self.octree.find_turned(mesh, last, view, &mut self.turned);
         for k in 0..self.turned.to_front.len() {
             self.toggle(self.turned.to_front[k], true);
         }
@@ -131,9 +124,7 @@ impl DualOctree {
         }
         self.fill_holes();
         Work {
-            tested_edges: 3 * self.turned.unsure.len()
-                + self.turned.to_front.len()
-                + self.turned.to_back.len(),
+            tested_edges: self.turned.to_front.len() + self.turned.to_back.len(),
             visited_nodes,
         }
     }

@@ -13,6 +13,7 @@
 //! region whose neighbours all lie in another region that turns (its pointer A); here such edges are toggled by both.
 //! The source's balanced-aspect-ratio tree, which it found slower below a million faces, is not here.
 
+use crate::Viewpoint;
 use crate::edge_mesh::EdgeMesh;
 use crate::plane_block::{LANES, PlaneBlock, block_of};
 use crate::viewpoint::Query;
@@ -72,15 +73,20 @@ pub(super) struct Turned {
     /// Edges of faces that turned to their front, and to their back.
     pub(super) to_front: Vec<Side>,
     pub(super) to_back: Vec<Side>,
-    /// Faces that may have turned.
-    pub(super) unsure: Vec<u32>,
 }
 
 impl Turned {
     pub(super) fn clear(&mut self) {
         self.to_front.clear();
         self.to_back.clear();
-        self.unsure.clear();
+    }
+
+    fn list(&mut self, is_front: bool) -> &mut Vec<Side> {
+        if is_front {
+            &mut self.to_front
+        } else {
+            &mut self.to_back
+        }
     }
 }
 
@@ -97,6 +103,9 @@ pub(super) struct PointOctree {
     numbers: Vec<u32>,
     /// Faces whose planes are not known well enough to be points.
     unknown: Vec<u32>,
+    /// For the last viewpoint: one bit for each face of each block that shows its front, and the same of unknown faces.
+    fronts: Vec<u8>,
+    unknown_fronts: Vec<bool>,
 }
 
 /// A face's point: its chart, and its homogeneous coordinates over the largest.
@@ -125,6 +134,8 @@ impl PointOctree {
             outer_sides: Vec::new(),
             numbers: vec![u32::MAX; mesh.edges().len()],
             unknown,
+            fronts: Vec::new(),
+            unknown_fronts: Vec::new(),
         };
         points.sort_by_key(|p| (p.chart, p.face));
         // Of each region, its points' range; of each face, its place among the points.
@@ -151,6 +162,7 @@ impl PointOctree {
             + size_of_val(&*self.block_sides)
             + size_of_val(&*self.outer_sides)
             + size_of_val(&*self.numbers)
+            + self.blocks.len()
             + size_of_val(&*self.unknown)
     }
 
@@ -248,11 +260,33 @@ impl PointOctree {
         }
     }
 
-    /// Finds the faces that look another way from the second viewpoint than from the first, and of their edges those that
-    /// may join or leave the silhouette; returns the number of regions tested.
-    pub(super) fn find_turned(&self, wedge: (&Query, &Query), turned: &mut Turned) -> usize {
-        turned.unsure.extend_from_slice(&self.unknown);
-        let (old, new) = (Dual::new(wedge.0), Dual::new(wedge.1));
+    /// Notes which faces show their front.
+    pub(super) fn start(&mut self, is_front: impl Fn(u32) -> bool) {
+        self.fronts.clear();
+        let mask = |faces: &[u32; LANES]| mask_of(faces.map(&is_front));
+        self.fronts.extend(self.block_faces.iter().map(mask));
+        self.unknown_fronts.clear();
+        self.unknown_fronts
+            .extend(self.unknown.iter().map(|&face| is_front(face)));
+    }
+
+    /// Finds the faces that look another way from the new viewpoint than from the last, and of their edges those that may
+    /// join or leave the silhouette; returns the number of regions tested.
+    pub(super) fn find_turned(
+        &mut self,
+        mesh: &EdgeMesh,
+        old: &Query,
+        view: (&Viewpoint, &Query),
+        turned: &mut Turned,
+    ) -> usize {
+        for k in 0..self.unknown.len() {
+            let is_front = mesh.is_front(self.unknown[k], view.0, view.1);
+            if std::mem::replace(&mut self.unknown_fronts[k], is_front) != is_front {
+                let sides = self.sides_of(mesh, self.unknown[k]);
+                turned.list(is_front).extend_from_slice(&sides);
+            }
+        }
+        let (old, new) = (Dual::new(old), Dual::new(view.1));
         let (mut at, mut visited) = (0, 0);
         while at + 1 < self.regions.len() {
             let region = &self.regions[at];
@@ -264,67 +298,66 @@ impl PointOctree {
             } else {
                 old.facing_of(region)
             };
+            let skip = region.skip as usize;
+            let blocks = region.first_block as usize..self.regions[skip].first_block as usize;
             if before == Facing::Both || after == Facing::Both {
                 at += 1;
-                if region.skip as usize == at {
-                    let end = self.regions[at].first_block as usize;
-                    self.test_points(region.first_block as usize..end, wedge, turned);
+                if skip == at {
+                    self.test_points(mesh, blocks, view, turned);
                 }
                 continue;
             }
             if before != after {
                 let outer = region.first_outer as usize..self.regions[at + 1].first_outer as usize;
-                let list = if after == Facing::Front {
-                    &mut turned.to_front
-                } else {
-                    &mut turned.to_back
-                };
-                list.extend_from_slice(&self.outer_sides[outer]);
+                let is_front = after == Facing::Front;
+                turned
+                    .list(is_front)
+                    .extend_from_slice(&self.outer_sides[outer]);
+                self.fronts[blocks].fill(mask_of([is_front; LANES]));
             }
-            at = region.skip as usize;
+            at = skip;
         }
         visited
     }
 
     fn test_points(
-        &self,
+        &mut self,
+        mesh: &EdgeMesh,
         blocks: std::ops::Range<usize>,
-        (old, new): (&Query, &Query),
+        (viewpoint, query): (&Viewpoint, &Query),
         turned: &mut Turned,
     ) {
-        let error = old.value_error.max(new.value_error);
-        for at in blocks {
-            let block = &self.blocks[at];
-            let (before, after) = (old.values(block), new.values(block));
-            // How surely each face looks one way from both: negative when it turns.
-            let mut certainty = [0.0_f32; LANES];
-            for lane in 0..LANES {
-                let (a, b) = (before[lane], after[lane]);
-                let alike = if a < 0.0 { -b } else { b };
-                let size = a.abs();
-                certainty[lane] = if alike < size { alike } else { size };
+        let first = blocks.start;
+        let fronts = &mut self.fronts[blocks.clone()];
+        for (at, (block, front)) in (first..).zip(self.blocks[blocks].iter().zip(fronts)) {
+            let values = query.values(block);
+            let mut is_front = mask_of(values.map(|v| v > 0.0));
+            if mask_of(values.map(|v| v.abs() <= query.value_error)) != 0 {
+                let faces = self.block_faces[at];
+                is_front = mask_of(faces.map(|f| mesh.is_front(f, viewpoint, query)));
             }
-            if certainty.iter().all(|&c| c > error) {
+            let changed = std::mem::replace(front, is_front) ^ is_front;
+            if changed == 0 {
                 continue;
             }
             for lane in 0..LANES {
-                let face = self.block_faces[at][lane];
-                if certainty[lane] > error || lane > 0 && face == self.block_faces[at][0] {
-                    continue;
-                }
-                if before[lane].abs().min(after[lane].abs()) <= error {
-                    turned.unsure.push(face);
-                } else {
-                    let list = if after[lane] > 0.0 {
-                        &mut turned.to_front
-                    } else {
-                        &mut turned.to_back
-                    };
-                    list.extend_from_slice(&self.block_sides[at][lane]);
+                // Places that no face was left for repeat the first.
+                let is_first = lane == 0 || self.block_faces[at][lane] != self.block_faces[at][0];
+                if changed >> lane & 1 == 1 && is_first {
+                    turned
+                        .list(is_front >> lane & 1 == 1)
+                        .extend_from_slice(&self.block_sides[at][lane]);
                 }
             }
         }
     }
+}
+
+/// One bit for each lane.
+#[inline(always)]
+fn mask_of(lanes: [bool; LANES]) -> u8 {
+    let [a, b, c, d] = lanes.map(u8::from);
+    a | b << 1 | c << 2 | d << 3
 }
 
 /// The places of points in the depth-first order of regions, while the octree is built.
