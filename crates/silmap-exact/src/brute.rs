@@ -1,161 +1,168 @@
-//! Silhouette edges by testing every edge: the method that the others are held to.
-//!
-//! The edges are those of the boundary of the front-facing faces, as a sum of directed edges in which an edge and its
-//! reverse cancel. On a closed manifold this is "front-facing face on the left, none on the right"; on anything else it
-//! is still a sum of closed loops.
+//! Brute force over precomputed planes: which faces show their front, then every edge whose faces disagree.
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 5 (definition).
+//! Deviation: each face is tested once, not once for each of its edges. The second form works on blocks of planes, so
+//! that several faces go through one instruction, and on all cores.
 
-use glam::DVec3;
-use silmap_geometry::TriangleMesh;
+use rayon::prelude::*;
 
-use crate::is_front_facing;
+use crate::edge_mesh::EdgeMesh;
+use crate::viewpoint::Query;
+use crate::{DirectedEdge, Viewpoint, Work};
 
-/// An edge of a mesh with a direction, as vertex ids; the front-facing face is on its left, seen from outside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct DirectedEdge {
-    /// Where it starts.
-    pub from: u32,
-    /// Where it ends.
-    pub to: u32,
+/// Faces that are tested together in the parallel form; whole blocks of them are shared out.
+const LANES: usize = 16;
+/// Blocks of faces, and edges, that one thread takes at a time.
+const BLOCKS_PER_TASK: usize = 512;
+const EDGES_PER_TASK: usize = 8192;
+
+/// Buffers of the scalar form.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Brute {
+    is_front: Vec<bool>,
+    found: Vec<u32>,
 }
 
-/// One side of an edge: a face and the direction in which the edge goes round it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct EdgeSide {
-    low: u32,
-    high: u32,
-    is_downward: bool,
-    face: u32,
+impl Brute {
+    pub(crate) fn extract(
+        &mut self,
+        mesh: &EdgeMesh,
+        viewpoint: &Viewpoint,
+        out: &mut Vec<DirectedEdge>,
+    ) -> Work {
+        let query = mesh.query(viewpoint);
+        self.is_front.clear();
+        self.is_front.extend(
+            (0..mesh.faces().len() as u32).map(|face| mesh.is_front(face, viewpoint, &query)),
+        );
+        self.found.resize(mesh.edges().len(), 0);
+        let count = gather(mesh.edge_faces(), 0, &self.is_front, &mut self.found);
+        out.extend(self.found[..count].iter().map(|&edge| {
+            let left = mesh.edge_faces()[edge as usize][0];
+            mesh.directed(edge, self.is_front[left as usize])
+        }));
+        Work::of_edges(mesh.edges().len())
+    }
+
+    /// Of each face, for the last viewpoint.
+    pub(crate) fn is_front(&self) -> &[bool] {
+        &self.is_front
+    }
+
+    /// The edges found last, `count` of them.
+    pub(crate) fn found(&self, count: usize) -> &[u32] {
+        &self.found[..count]
+    }
 }
 
-/// The edges of a mesh with the faces on their sides: what does not depend on the viewpoint.
+/// Writes the edges whose faces disagree, numbered from `first`, to the front of `found`, which has room for all of them;
+/// without a branch that could be mispredicted.
+fn gather(edge_faces: &[[u32; 2]], first: u32, is_front: &[bool], found: &mut [u32]) -> usize {
+    let mut count = 0;
+    for (edge, &[left, right]) in (first..).zip(edge_faces) {
+        found[count] = edge;
+        count += usize::from(is_front[left as usize] != is_front[right as usize]);
+    }
+    count
+}
+
+/// Planes of [`LANES`] faces, coordinate by coordinate.
+type PlaneBlock = [[f32; LANES]; 4];
+
+/// The parallel form: planes in blocks, and buffers.
 #[derive(Clone, Debug)]
-pub struct EdgeList {
-    /// Sorted, so that the sides of one edge are neighbours.
-    sides: Vec<EdgeSide>,
+pub(crate) struct BruteParallel {
+    blocks: Vec<PlaneBlock>,
+    is_front: Vec<[bool; LANES]>,
 }
 
-impl EdgeList {
-    /// The edges of `mesh`.
-    #[must_use]
-    pub fn new(mesh: &TriangleMesh) -> Self {
-        let mut sides = Vec::with_capacity(3 * mesh.faces.len());
-        for (face, corners) in mesh.faces.iter().enumerate() {
-            for k in 0..3 {
-                let (from, to) = (corners[k], corners[(k + 1) % 3]);
-                if from != to {
-                    sides.push(EdgeSide {
-                        low: from.min(to),
-                        high: from.max(to),
-                        is_downward: to < from,
-                        face: face as u32,
-                    });
+impl BruteParallel {
+    pub(crate) fn new(mesh: &EdgeMesh) -> Self {
+        let blocks: Vec<PlaneBlock> = mesh
+            .planes()
+            .chunks(LANES)
+            .map(|planes| {
+                let mut block = [[0.0; LANES]; 4];
+                for (lane, plane) in planes.iter().enumerate() {
+                    for k in 0..4 {
+                        block[k][lane] = plane[k];
+                    }
                 }
-            }
-        }
-        sides.sort_unstable();
-        Self { sides }
-    }
-
-    /// The silhouette edges of `mesh`, the mesh that this list was made of, for `eye`; ordered by their lower and then
-    /// their higher vertex.
-    #[must_use]
-    pub fn silhouette_edges(&self, mesh: &TriangleMesh, eye: DVec3) -> Vec<DirectedEdge> {
-        let is_front: Vec<bool> = (0..mesh.faces.len())
-            .map(|f| is_front_facing(mesh.corners(f), eye))
+                block
+            })
             .collect();
-        let mut found = Vec::new();
-        let same_edge = |a: &EdgeSide, b: &EdgeSide| (a.low, a.high) == (b.low, b.high);
-        for edge in self.sides.chunk_by(same_edge) {
-            let upward: i64 = edge
-                .iter()
-                .filter(|side| is_front[side.face as usize])
-                .map(|side| if side.is_downward { -1 } else { 1 })
-                .sum();
-            let EdgeSide { low, high, .. } = edge[0];
-            let (from, to) = if upward > 0 { (low, high) } else { (high, low) };
-            for _ in 0..upward.unsigned_abs() {
-                found.push(DirectedEdge { from, to });
-            }
+        Self {
+            is_front: vec![[false; LANES]; blocks.len()],
+            blocks,
         }
-        found
     }
-}
 
-/// The silhouette edges of `mesh` for `eye`, with the sign of each face exact.
-///
-/// Make an [`EdgeList`] when there is more than one eye.
-#[must_use]
-pub fn silhouette_edges(mesh: &TriangleMesh, eye: DVec3) -> Vec<DirectedEdge> {
-    EdgeList::new(mesh).silhouette_edges(mesh, eye)
-}
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.blocks)
+    }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_meshes::{cube, shaken_torus};
-    use proptest::prelude::*;
-
-    /// The definition, word by word: both faces of every edge, plain dot products.
-    fn by_definition(mesh: &TriangleMesh, eye: DVec3) -> Vec<DirectedEdge> {
-        let is_front = |f: usize| (eye - mesh.corners(f)[0]).dot(mesh.face_cross(f)) > 0.0;
-        let mut found = Vec::new();
-        for (left, a) in mesh.faces.iter().enumerate() {
-            for (right, b) in mesh.faces.iter().enumerate() {
-                for i in 0..3 {
-                    for j in 0..3 {
-                        let (from, to) = (a[i], a[(i + 1) % 3]);
-                        let shared = b[j] == to && b[(j + 1) % 3] == from;
-                        if shared && is_front(left) && !is_front(right) {
-                            found.push(DirectedEdge { from, to });
+    pub(crate) fn extract(
+        &mut self,
+        mesh: &EdgeMesh,
+        viewpoint: &Viewpoint,
+        out: &mut Vec<DirectedEdge>,
+    ) -> Work {
+        let query = mesh.query(viewpoint);
+        let face_count = mesh.faces().len();
+        self.is_front
+            .par_chunks_mut(BLOCKS_PER_TASK)
+            .zip(self.blocks.par_chunks(BLOCKS_PER_TASK))
+            .enumerate()
+            .for_each(|(task, (is_front, blocks))| {
+                for (k, (is_front, block)) in is_front.iter_mut().zip(blocks).enumerate() {
+                    if !test_block(block, &query, is_front) {
+                        let first = (task * BLOCKS_PER_TASK + k) * LANES;
+                        for (lane, is_front) in is_front.iter_mut().enumerate() {
+                            if first + lane < face_count {
+                                *is_front = mesh.is_front((first + lane) as u32, viewpoint, &query);
+                            }
                         }
                     }
                 }
-            }
+            });
+        let is_front = self.is_front.as_flattened();
+        let parts: Vec<Vec<DirectedEdge>> = mesh
+            .edge_faces()
+            .par_chunks(EDGES_PER_TASK)
+            .enumerate()
+            .map(|(task, edge_faces)| {
+                let first = (task * EDGES_PER_TASK) as u32;
+                let mut found = [0; EDGES_PER_TASK];
+                let count = gather(edge_faces, first, is_front, &mut found);
+                found[..count]
+                    .iter()
+                    .map(|&edge| {
+                        let left = mesh.edge_faces()[edge as usize][0];
+                        mesh.directed(edge, is_front[left as usize])
+                    })
+                    .collect()
+            })
+            .collect();
+        for part in &parts {
+            out.extend_from_slice(part);
         }
-        found.sort_by_key(|e| (e.from.min(e.to), e.from.max(e.to)));
-        found
+        Work::of_edges(mesh.edges().len())
     }
+}
 
-    proptest! {
-        #[test]
-        fn equals_the_definition(
-            mesh in shaken_torus(),
-            eye in prop::array::uniform3(-6_i32..6),
-        ) {
-            // Small whole numbers: plain products are exact, eyes in face planes and in the mesh are common.
-            let eye = DVec3::from(eye.map(f64::from));
-            prop_assert_eq!(silhouette_edges(&mesh, eye), by_definition(&mesh, eye));
-        }
+/// Tests a block of planes; false when some value is too near zero to be trusted.
+#[inline(always)]
+fn test_block(block: &PlaneBlock, query: &Query, is_front: &mut [bool; LANES]) -> bool {
+    let mut is_sure = true;
+    for lane in 0..LANES {
+        let value = query.value(&[
+            block[0][lane],
+            block[1][lane],
+            block[2][lane],
+            block[3][lane],
+        ]);
+        is_front[lane] = value > 0.0;
+        is_sure &= value.abs() > query.value_error;
     }
-
-    #[test]
-    fn cube_from_afar_and_in_the_plane_of_a_side() {
-        let cube = cube();
-        let count = |x, y, z| silhouette_edges(&cube, DVec3::new(x, y, z)).len();
-        assert_eq!(count(0.5, 0.5, 9.0), 4, "one side in front");
-        assert_eq!(count(5.0, 0.5, 9.0), 6, "two sides in front");
-        assert_eq!(count(5.0, 7.0, 9.0), 6, "three sides in front");
-        assert_eq!(
-            count(1.0, 0.5, 9.0),
-            4,
-            "a side seen edge-on is not in front"
-        );
-        assert_eq!(count(0.5, 0.5, 0.5), 0, "from inside nothing is in front");
-    }
-
-    #[test]
-    fn an_open_mesh_still_gives_closed_loops() {
-        let mut open = cube();
-        open.faces.truncate(9);
-        let edges = silhouette_edges(&open, DVec3::new(5.0, 7.0, 9.0));
-        let mut balance = vec![0; open.positions.len()];
-        for e in &edges {
-            balance[e.from as usize] += 1;
-            balance[e.to as usize] -= 1;
-        }
-        assert!(!edges.is_empty());
-        assert!(balance.iter().all(|&b| b == 0));
-    }
+    is_sure
 }

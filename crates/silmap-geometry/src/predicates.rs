@@ -1,7 +1,7 @@
 //! Exact geometric predicates: the only place where signs that must be right are decided.
 //!
 //! Source: J. R. Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates. Discrete
-//! & Computational Geometry 18, 1997; through the crate `robust`.
+//! & Computational Geometry 18, 1997; through the crate `robust`, and for points at infinity here.
 
 use glam::{DVec2, DVec3};
 
@@ -37,6 +37,78 @@ pub fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
     };
     // Shewchuk's determinant is positive below the plane.
     -robust::orient3d(coordinate(a), coordinate(b), coordinate(c), coordinate(p))
+}
+
+/// Positive when the direction `towards` leads to the side of the plane through `a`, `b`, `c` that sees them
+/// counter-clockwise, negative when to the other, zero when along the plane: [`side_of_plane`] of a point infinitely far
+/// away. The sign is exact for input whose products neither overflow nor underflow.
+#[must_use]
+pub fn direction_side_of_plane(a: DVec3, b: DVec3, c: DVec3, towards: DVec3) -> f64 {
+    let (u, v) = (b - a, c - a);
+    let (yz, zx, xy) = (
+        (u.y * v.z, u.z * v.y),
+        (u.z * v.x, u.x * v.z),
+        (u.x * v.y, u.y * v.x),
+    );
+    let value = towards.x * (yz.0 - yz.1) + towards.y * (zx.0 - zx.1) + towards.z * (xy.0 - xy.1);
+    let size = towards.x.abs() * (yz.0.abs() + yz.1.abs())
+        + towards.y.abs() * (zx.0.abs() + zx.1.abs())
+        + towards.z.abs() * (xy.0.abs() + xy.1.abs());
+    // Shewchuk's bound for the same expression is 3.5 of these epsilons (his are half as large).
+    if value.abs() > 8.0 * f64::EPSILON * size {
+        value
+    } else {
+        exact_triple_product(a, b, c, towards)
+    }
+}
+
+/// `towards` · (a×b + b×c + c×a), rounded, with its exact sign: the sum of 18 products of three coordinates.
+fn exact_triple_product(a: DVec3, b: DVec3, c: DVec3, towards: DVec3) -> f64 {
+    let mut sum: Vec<f64> = Vec::with_capacity(72);
+    for (p, q) in [(a, b), (b, c), (c, a)] {
+        for (d, s, t) in [
+            (towards.x, p.y, q.z),
+            (-towards.x, p.z, q.y),
+            (towards.y, p.z, q.x),
+            (-towards.y, p.x, q.z),
+            (towards.z, p.x, q.y),
+            (-towards.z, p.y, q.x),
+        ] {
+            let (high, low) = two_product(s, t);
+            for part in [low, high] {
+                let (high, low) = two_product(d, part);
+                grow_expansion(&mut sum, low);
+                grow_expansion(&mut sum, high);
+            }
+        }
+    }
+    sum.last().copied().unwrap_or(0.0)
+}
+
+/// A product as the rounded value and what rounding took away.
+fn two_product(s: f64, t: f64) -> (f64, f64) {
+    let product = s * t;
+    (product, s.mul_add(t, -product))
+}
+
+/// Adds a number to a sum kept as parts that do not overlap, the largest last and none of them zero.
+fn grow_expansion(parts: &mut Vec<f64>, number: f64) {
+    let mut carry = number;
+    let mut kept = 0;
+    for i in 0..parts.len() {
+        let sum = carry + parts[i];
+        let virtual_part = sum - carry;
+        let rest = (carry - (sum - virtual_part)) + (parts[i] - virtual_part);
+        carry = sum;
+        if rest != 0.0 {
+            parts[kept] = rest;
+            kept += 1;
+        }
+    }
+    parts.truncate(kept);
+    if carry != 0.0 {
+        parts.push(carry);
+    }
 }
 
 /// Whether the open segment `p` `q` passes from one side of the plane of the triangle to the other within the closed
@@ -107,6 +179,39 @@ mod tests {
         assert_eq!(side_of_plane(a, b, c, p), 0.0);
         assert!(side_of_plane(a, b, c, DVec3::new(p.x, p.y, p.z.next_up())) > 0.0);
         assert!(side_of_plane(a, b, c, DVec3::new(p.x, p.y, p.z.next_down())) < 0.0);
+    }
+
+    #[test]
+    fn a_direction_along_a_plane_is_told_from_one_that_leaves_it() {
+        let lift = DVec3::new(1e5, -3e4, 7e4);
+        let [a, b, c] = TRIANGLE.map(|p| p + lift);
+        assert_eq!(
+            direction_side_of_plane(a, b, c, DVec3::new(7.0, -3.0, 0.0)),
+            0.0
+        );
+        assert!(direction_side_of_plane(a, b, c, DVec3::new(7.0, -3.0, 1e-200)) > 0.0);
+        assert!(direction_side_of_plane(a, b, c, DVec3::new(7.0, -3.0, -1e-200)) < 0.0);
+    }
+
+    proptest! {
+        #[test]
+        fn a_direction_is_a_point_far_away(coordinates in prop::array::uniform12(-4_i32..5), scale in 1_u32..4) {
+            let point = |i: usize| DVec3::new(
+                f64::from(coordinates[i]), f64::from(coordinates[i + 1]), f64::from(coordinates[i + 2]));
+            let [a, b, c, d] = [point(0), point(3), point(6), point(9)];
+            let by_numbers = d.dot((b - a).cross(c - a));
+            let sign = |x: f64| x.partial_cmp(&0.0);
+            prop_assert_eq!(sign(direction_side_of_plane(a, b, c, d)), sign(by_numbers));
+            prop_assert_eq!(sign(exact_triple_product(a, b, c, d)), sign(by_numbers));
+            // Thirds are rounded: a triangle in a plane through the origin, seen along a side, is exact all the same.
+            let thirds = f64::from(scale) / 3.0;
+            let [a, b, c] = [a * thirds, b * thirds, c * thirds];
+            let along = a - b;
+            let exact = exact_triple_product(a, b, c, along);
+            let quick = direction_side_of_plane(a, b, c, along);
+            prop_assert_eq!(sign(exact), sign(quick));
+            prop_assert_eq!(sign(exact), sign(-exact_triple_product(b, a, c, along)));
+        }
     }
 
     #[test]

@@ -47,6 +47,7 @@ pub(crate) enum Command {
     Evaluate(EvaluateArgs),
     Report(ReportArgs),
     Hull(HullArgs),
+    Edges(EdgesArgs),
     Generate(GenerateArgs),
 }
 
@@ -64,6 +65,7 @@ impl Command {
             Self::Evaluate(a) => a.pool.threads,
             Self::Report(a) => a.pool.threads,
             Self::Hull(a) => a.pool.threads,
+            Self::Edges(a) => a.pool.threads,
             Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
         }
     }
@@ -468,6 +470,84 @@ pub(crate) struct HullArgs {
     /// Check independently that nothing of the model is outside
     #[arg(long)]
     pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// How exact silhouette edges are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExtractionArg {
+    /// Every face and every edge, on one core
+    Brute,
+    /// The same, several faces at a time and on all cores
+    BruteParallel,
+    /// A list of candidates that front faces toggle
+    List,
+    /// The list as a table with a row for each vertex
+    Hash,
+    /// The neighbours of front faces
+    Table,
+    /// A forest whose nodes are passed over where all their faces look one way; takes long to build
+    Cones,
+    /// A hierarchy whose nodes are passed over in the same way, bounded more simply
+    Jc,
+    /// What changed since the last viewpoint, by an octree in dual space: for --walk
+    Dual,
+}
+
+impl From<ExtractionArg> for silmap_exact::Method {
+    fn from(method: ExtractionArg) -> Self {
+        match method {
+            ExtractionArg::Brute => Self::Brute,
+            ExtractionArg::BruteParallel => Self::BruteParallel,
+            ExtractionArg::List => Self::List,
+            ExtractionArg::Hash => Self::Hash,
+            ExtractionArg::Table => Self::Table,
+            ExtractionArg::Cones => Self::Cones,
+            ExtractionArg::Jc => Self::Jc,
+            ExtractionArg::Dual => Self::Dual,
+        }
+    }
+}
+
+/// Finds the exact silhouette edges of a model from a viewpoint.
+///
+/// An edge is on the silhouette when one of its faces shows its front and the other does not. All methods find the same
+/// edges; they differ in time and in what they keep about the model.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --svg lines.svg
+  silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json")]
+#[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction"]))]
+pub(crate) struct EdgesArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// Viewpoint, in model units
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) eye: Option<DVec3>,
+    /// Direction in which the viewpoint is infinitely far away
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) direction: Option<DVec3>,
+    /// How edges are found
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ExtractionArg::Brute)]
+    pub(crate) method: ExtractionArg,
+    /// Go on from the viewpoint around the model in steps of 0.5°, to this many viewpoints
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) walk: u32,
+    /// How often every viewpoint is timed
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) repeat: u32,
+    /// List the edges too, as pairs of vertices with the front face on the left, and the vertices
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// Draw the edges, hidden ones too, into this file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) svg: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]

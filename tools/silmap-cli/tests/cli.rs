@@ -31,6 +31,18 @@ fn check_fields(object: &Value, paths: &[&str]) {
     }
 }
 
+/// The methods of `silmap edges`.
+const EDGE_METHODS: &[&str; 8] = &[
+    "brute",
+    "brute-parallel",
+    "list",
+    "hash",
+    "table",
+    "cones",
+    "jc",
+    "dual",
+];
+
 fn path(p: &Path) -> &str {
     p.to_str().unwrap()
 }
@@ -39,7 +51,7 @@ fn path(p: &Path) -> &str {
 fn help_is_as_it_was() {
     let mut text = String::new();
     for command in [
-        "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull",
+        "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull", "edges",
         "generate",
     ] {
         let arguments: Vec<&str> = [command, "--help"]
@@ -91,6 +103,11 @@ fn wrong_usage_ends_in_2() {
         &["contour", asset, "--eye", "0,0,3", "--size", "0x5"],
         &["contour", asset, "--eye", "0,0,3", "--method", "exact"],
         &["contour", asset],
+        &["edges", "m.ply"],
+        &["edges", "m.ply", "--eye", "0,0,3", "--direction", "0,0,1"],
+        &["edges", "m.ply", "--eye", "0,0,3", "--method", "guess"],
+        &["edges", "m.ply", "--eye", "0,0,3", "--walk", "0"],
+        &["edges", "m.ply", "--direction", "0,0,0"],
         &[
             "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "original",
         ],
@@ -433,6 +450,89 @@ fn a_model_and_its_hull_keep_their_colours() {
             .into_iter()
             .any(|line| line == b"property uchar red")
     );
+}
+
+#[test]
+fn every_method_finds_the_same_edges() {
+    let model = path(&fixture().model);
+    let mut lists = Vec::new();
+    for viewpoint in ["--eye=-1,2,3.5", "--direction=-1,2,3.5"] {
+        for method in EDGE_METHODS {
+            let arguments = [
+                "edges", model, viewpoint, "--method", method, "--list", "--json",
+            ];
+            let result = run_json(&arguments);
+            check_fields(
+                &result,
+                &[
+                    "method",
+                    "silhouette_edges",
+                    "tested_edges",
+                    "visited_nodes",
+                    "data_bytes",
+                    "build_seconds",
+                    "seconds_median",
+                    "edges.0.1",
+                    "vertices.0.2",
+                ],
+            );
+            assert_eq!(result["method"], *method);
+            let edges = result["edges"].as_array().unwrap().clone();
+            assert_eq!(result["silhouette_edges"], edges.len());
+            assert!(edges.len() > 20, "{method}: {}", edges.len());
+            lists.push(edges);
+        }
+    }
+    let (near, far) = lists.split_at(EDGE_METHODS.len());
+    assert!(near.iter().all(|l| *l == near[0]));
+    assert!(far.iter().all(|l| *l == far[0]));
+    assert_ne!(near[0], far[0]);
+}
+
+#[test]
+fn a_walk_of_edges_is_measured_and_the_last_ones_are_drawn() {
+    let folder = scratch("edges-walk");
+    let (model, svg) = (path(&fixture().model), folder.join("lines.svg"));
+    let walk = |method: &str| {
+        let result = run_json(&[
+            "edges",
+            model,
+            "--eye=-1,2,3.5",
+            "--method",
+            method,
+            "--walk",
+            "20",
+            "--repeat",
+            "2",
+            "--svg",
+            path(&svg),
+            "--json",
+        ]);
+        check_fields(
+            &result,
+            &[
+                "walk.viewpoints",
+                "walk.silhouette_edges_mean",
+                "walk.tested_edges_mean",
+                "walk.visited_nodes_mean",
+            ],
+        );
+        let text = fs::read_to_string(&svg).unwrap();
+        assert!(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
+        assert!(
+            text.matches('Z').count() >= 2,
+            "a torus has two loops or more"
+        );
+        (result["silhouette_edges"].clone(), text)
+    };
+    let drawn = EDGE_METHODS.map(walk);
+    assert!(drawn.iter().all(|d| *d == drawn[0]));
+    // Edges have a meaning within the model, pictures of it have none.
+    let inside = ["edges", model, "--eye", "1,0,0"];
+    assert_eq!(run(&inside).code, 0);
+    let ended = run(&[&inside[..], &["--svg", path(&svg)]].concat());
+    check_one_sentence(&ended, "a picture from within");
+    assert!(ended.err.contains("--eye 1,0,0"), "{}", ended.err);
 }
 
 #[test]

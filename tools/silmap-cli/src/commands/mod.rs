@@ -3,6 +3,7 @@
 mod build;
 mod contour;
 mod demo;
+mod edges;
 mod evaluate;
 mod generate;
 mod hull;
@@ -42,6 +43,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Hull(args) => hull::run(&args),
+        Command::Edges(args) => edges::run(&args),
         Command::Generate(args) => generate::run(&args),
     }
 }

@@ -1,0 +1,167 @@
+//! One door to all methods of extraction.
+
+use std::fmt;
+
+use crate::backface_regions::{FacingRegions, region_hierarchy};
+use crate::brute::{Brute, BruteParallel};
+use crate::cluster_forest::ClusterForest;
+use crate::cones::{AnchoredCones, cone_forest};
+use crate::dual::DualOctree;
+use crate::edge_hash::EdgeHash;
+use crate::edge_mesh::EdgeMesh;
+use crate::edge_table::EdgeTable;
+use crate::{DirectedEdge, Viewpoint, edge_list};
+
+/// How silhouette edges are found. All methods find the same ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Method {
+    /// Every face, then every edge, on one core.
+    Brute,
+    /// The same on several faces at a time and on all cores.
+    BruteParallel,
+    /// A list of candidates that front faces toggle.
+    List,
+    /// The same list as a table with a row for each vertex.
+    Hash,
+    /// The faces across the edges of front faces.
+    Table,
+    /// A forest of nodes that are passed over from viewpoints in their anchored cones.
+    Cones,
+    /// A hierarchy of clusters bounded by half-spaces.
+    Jc,
+    /// What changed since the last viewpoint, by an octree of the faces' planes as points of dual space.
+    Dual,
+}
+
+impl Method {
+    /// Every method.
+    pub const ALL: &[Self] = &[
+        Self::Brute,
+        Self::BruteParallel,
+        Self::List,
+        Self::Hash,
+        Self::Table,
+        Self::Cones,
+        Self::Jc,
+        Self::Dual,
+    ];
+
+    /// The name that commands and reports use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Brute => "brute",
+            Self::BruteParallel => "brute-parallel",
+            Self::List => "list",
+            Self::Hash => "hash",
+            Self::Table => "table",
+            Self::Cones => "cones",
+            Self::Jc => "jc",
+            Self::Dual => "dual",
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What one extraction had to look at; independent of the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Edges whose faces were tested, or that were toggled.
+    pub tested_edges: usize,
+    /// Nodes of a search structure that were tested.
+    pub visited_nodes: usize,
+}
+
+impl Work {
+    pub(crate) fn of_edges(tested_edges: usize) -> Self {
+        Self {
+            tested_edges,
+            visited_nodes: 0,
+        }
+    }
+}
+
+/// A method with the data it precomputed for a mesh, and its buffers.
+#[derive(Clone, Debug)]
+pub struct Extractor<'m> {
+    mesh: &'m EdgeMesh,
+    data: MethodData,
+}
+
+#[derive(Clone, Debug)]
+enum MethodData {
+    Brute(Brute),
+    BruteParallel(BruteParallel),
+    List,
+    Hash(EdgeHash),
+    Table(EdgeTable),
+    Cones(ClusterForest<AnchoredCones>),
+    Jc(ClusterForest<FacingRegions>),
+    Dual(Box<DualOctree>),
+}
+
+impl<'m> Extractor<'m> {
+    /// Precomputes what `method` needs.
+    #[must_use]
+    pub fn new(mesh: &'m EdgeMesh, method: Method) -> Self {
+        let data = match method {
+            Method::Brute => MethodData::Brute(Brute::default()),
+            Method::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),
+            Method::List => MethodData::List,
+            Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
+            Method::Table => MethodData::Table(EdgeTable::new(mesh)),
+            Method::Cones => MethodData::Cones(cone_forest(mesh)),
+            Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
+            Method::Dual => MethodData::Dual(Box::new(DualOctree::new(mesh))),
+        };
+        Self { mesh, data }
+    }
+
+    /// Puts the silhouette edges for `viewpoint` into `out`, which is cleared before, in an order that depends on the
+    /// method.
+    pub fn extract(&mut self, viewpoint: &Viewpoint, out: &mut Vec<DirectedEdge>) -> Work {
+        out.clear();
+        let mesh = self.mesh;
+        match &mut self.data {
+            MethodData::Brute(brute) => brute.extract(mesh, viewpoint, out),
+            MethodData::BruteParallel(brute) => brute.extract(mesh, viewpoint, out),
+            MethodData::List => edge_list::extract(mesh, viewpoint, out),
+            MethodData::Hash(hash) => hash.extract(mesh, viewpoint, out),
+            MethodData::Table(table) => table.extract(mesh, viewpoint, out),
+            MethodData::Cones(forest) => forest.extract(mesh, viewpoint, out),
+            MethodData::Jc(forest) => forest.extract(mesh, viewpoint, out),
+            MethodData::Dual(octree) => octree.extract(mesh, viewpoint, out),
+        }
+    }
+
+    /// Forgets earlier viewpoints: the next extraction starts afresh, where a method would otherwise go on from the last.
+    pub fn forget(&mut self) {
+        if let MethodData::Dual(octree) = &mut self.data {
+            octree.forget();
+        }
+    }
+
+    /// Bytes of what the method keeps about the mesh: planes and edges where it uses them, and its own structure.
+    #[must_use]
+    pub fn data_bytes(&self) -> usize {
+        let (planes, faces) = (
+            size_of_val(self.mesh.planes()),
+            size_of_val(self.mesh.faces()),
+        );
+        match &self.data {
+            MethodData::Brute(_) => self.mesh.brute_bytes(),
+            MethodData::BruteParallel(brute) => brute.bytes() + self.mesh.brute_bytes(),
+            MethodData::List => planes + faces,
+            MethodData::Hash(hash) => planes + faces + hash.bytes(),
+            MethodData::Table(table) => planes + faces + table.bytes(),
+            MethodData::Cones(forest) => forest.bytes(),
+            MethodData::Jc(forest) => forest.bytes(),
+            MethodData::Dual(octree) => self.mesh.brute_bytes() + octree.bytes(),
+        }
+    }
+}

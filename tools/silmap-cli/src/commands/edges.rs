@@ -1,0 +1,213 @@
+//! `silmap edges`: exact silhouette edges of the full mesh.
+
+use std::fmt::Write;
+use std::time::Instant;
+
+use anyhow::{Context, ensure};
+use clap::error::ErrorKind;
+use glam::DVec3;
+use serde::Serialize;
+use silmap_exact::{
+    DirectedEdge, EdgeMesh, Extractor, Method, Viewpoint, Work, chain_loops, walk_around,
+};
+use silmap_geometry::{Camera, TriangleMesh};
+
+use crate::args::{EdgesArgs, usage_error};
+use crate::files::load_model;
+use crate::output::{self, OutputFile};
+
+/// Side of the drawing in pixels.
+const DRAWING_PX: u32 = 1024;
+/// How far the eye of a parallel projection's drawing is, in radii: the error is far below a hundredth of a pixel.
+const PARALLEL_DISTANCE_REL: f64 = 1e8;
+
+#[derive(Serialize)]
+struct EdgesJson {
+    method: &'static str,
+    /// Of the last viewpoint, as are the following two.
+    silhouette_edges: usize,
+    tested_edges: usize,
+    visited_nodes: usize,
+    data_bytes: usize,
+    build_seconds: f64,
+    /// Over all viewpoints and repetitions.
+    seconds_median: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    walk: Option<WalkJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edges: Option<Vec<[u32; 2]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertices: Option<Vec<[f64; 3]>>,
+}
+
+#[derive(Serialize)]
+struct WalkJson {
+    viewpoints: usize,
+    silhouette_edges_mean: f64,
+    tested_edges_mean: f64,
+    visited_nodes_mean: f64,
+}
+
+pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
+    let start = viewpoint_from_args(args)?;
+    let file = args.svg.as_deref().map(OutputFile::check).transpose()?;
+    let model = load_model(&args.model, args.mending)?;
+    let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
+    let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
+    let drawing = match (&file, viewpoints.last()) {
+        (Some(_), Some(last)) => Some(camera_of(last, center, radius)?),
+        _ => None,
+    };
+    let mesh = EdgeMesh::from(&model.mesh);
+    let method = Method::from(args.method);
+    let since = Instant::now();
+    let mut extractor = Extractor::new(&mesh, method);
+    let build_seconds = since.elapsed().as_secs_f64();
+    let measured = measure(&mut extractor, &viewpoints, args.repeat);
+    let mut edges = measured.edges;
+    edges.sort_unstable();
+
+    if let (Some(file), Some(camera)) = (&file, &drawing) {
+        file.write(svg(model.mesh.mesh(), camera, &edges)?.as_bytes())?;
+    }
+    let result = EdgesJson {
+        method: method.name(),
+        silhouette_edges: edges.len(),
+        tested_edges: measured.last.tested_edges,
+        visited_nodes: measured.last.visited_nodes,
+        data_bytes: extractor.data_bytes(),
+        build_seconds,
+        seconds_median: measured.seconds_median,
+        walk: (args.walk > 1).then_some(measured.walk),
+        edges: args
+            .list
+            .then(|| edges.iter().map(|e| [e.from, e.to]).collect()),
+        vertices: args.list.then(|| {
+            let positions = &model.mesh.mesh().positions;
+            positions.iter().map(|p| p.to_array()).collect()
+        }),
+    };
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    tell(args, &result);
+    if args.list {
+        let mut text = String::new();
+        for e in &edges {
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "{} {}", e.from, e.to);
+        }
+        output::print_bytes(text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn viewpoint_from_args(args: &EdgesArgs) -> anyhow::Result<Viewpoint> {
+    let (option, point, viewpoint) = match (args.eye, args.direction) {
+        (Some(eye), _) => ("--eye", eye, Viewpoint::Eye(eye)),
+        (None, Some(towards)) => ("--direction", towards, Viewpoint::Direction(towards)),
+        (None, None) => usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "a viewpoint is needed: --eye X,Y,Z or --direction X,Y,Z",
+        ),
+    };
+    let DVec3 { x, y, z } = point;
+    ensure!(
+        point.is_finite(),
+        "{option} {x},{y},{z}: a viewpoint has finite coordinates"
+    );
+    if viewpoint == Viewpoint::Direction(DVec3::ZERO) {
+        usage_error(
+            ErrorKind::ValueValidation,
+            "--direction 0,0,0 leads nowhere",
+        );
+    }
+    Ok(viewpoint)
+}
+
+/// What a method did over all viewpoints.
+struct Measured {
+    /// From the last viewpoint.
+    edges: Vec<DirectedEdge>,
+    last: Work,
+    walk: WalkJson,
+    seconds_median: f64,
+}
+
+fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32) -> Measured {
+    let mut edges = Vec::new();
+    let mut last = Work::default();
+    let mut times = Vec::with_capacity(viewpoints.len() * repeat as usize);
+    let (mut found, mut tested, mut visited) = (0, 0, 0);
+    for round in 0..repeat {
+        extractor.forget();
+        for viewpoint in viewpoints {
+            let since = Instant::now();
+            last = extractor.extract(viewpoint, &mut edges);
+            times.push(since.elapsed().as_secs_f64());
+            if round == 0 {
+                found += edges.len();
+                tested += last.tested_edges;
+                visited += last.visited_nodes;
+            }
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    let mean = |sum: usize| sum as f64 / viewpoints.len() as f64;
+    Measured {
+        edges,
+        last,
+        walk: WalkJson {
+            viewpoints: viewpoints.len(),
+            silhouette_edges_mean: mean(found),
+            tested_edges_mean: mean(tested),
+            visited_nodes_mean: mean(visited),
+        },
+        seconds_median: times[times.len() / 2],
+    }
+}
+
+/// The camera of a drawing: the model's bounding sphere fits. Parallel projection is drawn from very far away.
+fn camera_of(viewpoint: &Viewpoint, center: DVec3, radius: f64) -> anyhow::Result<Camera> {
+    let eye = match *viewpoint {
+        Viewpoint::Eye(eye) => eye,
+        Viewpoint::Direction(towards) => {
+            center + towards.normalize_or_zero() * (radius * PARALLEL_DISTANCE_REL)
+        }
+    };
+    let DVec3 { x, y, z } = eye;
+    Camera::fit_sphere(eye, center, radius, None, (DRAWING_PX, DRAWING_PX))
+        .with_context(|| format!("--eye {x},{y},{z}"))
+}
+
+/// The loops of the silhouette as one path of lines.
+fn svg(mesh: &TriangleMesh, camera: &Camera, edges: &[DirectedEdge]) -> anyhow::Result<String> {
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{DRAWING_PX}\" height=\"{DRAWING_PX}\" \
+         viewBox=\"0 0 {DRAWING_PX} {DRAWING_PX}\">\n<path fill=\"none\" stroke=\"#000\" \
+         stroke-linejoin=\"round\" d=\""
+    );
+    for vertices in chain_loops(edges)? {
+        for (k, &v) in vertices.iter().enumerate() {
+            let verb = if k == 0 { 'M' } else { 'L' };
+            let point = camera.image_from_object(mesh.positions[v as usize]);
+            // Writing into a string cannot fail.
+            let _ = write!(text, "{verb}{:.3} {:.3}", point.x, point.y);
+        }
+        text.push('Z');
+    }
+    text.push_str("\"/>\n</svg>\n");
+    Ok(text)
+}
+
+fn tell(args: &EdgesArgs, result: &EdgesJson) {
+    output::say(&format!(
+        "{}: {} silhouette edges by {} in {:.3} ms; {} edges and {} nodes tested",
+        args.model.display(),
+        result.silhouette_edges,
+        result.method,
+        1e3 * result.seconds_median,
+        result.tested_edges,
+        result.visited_nodes
+    ));
+}
