@@ -3,6 +3,7 @@
 pub mod capture;
 pub mod dense_map;
 pub mod evaluate;
+pub mod fewer_views;
 pub mod hull;
 pub mod mesh_io;
 pub mod models;

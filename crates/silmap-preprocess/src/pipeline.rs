@@ -281,6 +281,8 @@ fn record(
         model_crc32: model_crc32(model),
         captured_views: params.views,
         error_curve: map.curve.clone(),
+        uniform_curve: Vec::new(),
+        order: Some(map.order.clone()),
         generator: concat!("silmap ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options_text(params),
     }
@@ -362,7 +364,7 @@ mod tests {
         assert_eq!(asset.textures.views.len(), 3);
         assert_eq!(asset.record.captured_views, 48);
         assert_eq!(asset.record.name, "torus");
-        assert!(report.map.misclassified_mean > 0.0);
+        assert!(report.map.order.errors.mean > 0.0);
         assert_eq!(report.warnings, Vec::new());
         // What is in memory is what comes back from the file.
         let bytes = asset::write(&asset).unwrap();

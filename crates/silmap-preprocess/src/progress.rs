@@ -17,6 +17,8 @@ pub enum Stage {
     Map,
     /// Moving those that were kept.
     Refine,
+    /// Finding out which of them could go next.
+    Order,
     /// Collapsing the mesh to the coarse hull.
     Hull,
     /// Taking texture pictures and the atlas.
