@@ -13,5 +13,6 @@ pub mod simplify_contour;
 pub mod simplify_map;
 pub mod texture;
 pub mod trace;
+pub mod uniform;
 
 pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};

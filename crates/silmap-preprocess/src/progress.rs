@@ -141,6 +141,15 @@ impl<'a> Monitor<'a> {
         }
     }
 
+    /// Stops when this one does, but reports to nobody.
+    #[must_use]
+    pub fn quiet(&self) -> Self {
+        Self {
+            on_event: &|_| {},
+            stop: self.stop,
+        }
+    }
+
     /// Tells of the start of a stage.
     pub fn start(&self, stage: Stage, total: u64) {
         (self.on_event)(PrepEvent::Started { stage, total });

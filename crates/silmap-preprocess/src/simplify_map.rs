@@ -156,8 +156,9 @@ pub fn simplify(
         {
             break;
         }
-        work.apply(candidate.collapse);
-        work.note_collapse(candidate.collapse);
+        if work.apply(candidate.collapse) {
+            work.note_collapse(candidate.collapse);
+        }
         monitor.advance(Stage::Map, 1);
     }
     monitor.finish(Stage::Map);
@@ -181,6 +182,9 @@ struct Simplification<'a> {
     heap: BinaryHeap<Candidate>,
     /// Errors predicted so far: most triangles around a candidate outlive the collapses beside it.
     known: HashMap<(u32, [u32; 3]), f64>,
+    /// Views around a removed one that are predicted to find out what a collapse costs; with fewer than there are, the cost is
+    /// an estimate.
+    probes: usize,
     report: SimplifyMapReport,
 }
 
@@ -193,6 +197,7 @@ impl<'a> Simplification<'a> {
             error_sum: 0.0,
             heap: BinaryHeap::new(),
             known: HashMap::new(),
+            probes: usize::MAX,
             report: SimplifyMapReport::default(),
         }
     }
@@ -213,22 +218,7 @@ impl<'a> Simplification<'a> {
             .par_iter()
             .map_init(
                 || self.predictor.scratch(),
-                |scratch, &collapse| {
-                    let predictions = self.predict(collapse, scratch)?;
-                    let cost = predictions
-                        .iter()
-                        .map(|p| p.error - self.errors[p.view as usize])
-                        .sum();
-                    let version = self.polytope.version(collapse.removed);
-                    Some((
-                        Candidate {
-                            cost,
-                            collapse,
-                            version,
-                        },
-                        predictions,
-                    ))
-                },
+                |scratch, &collapse| self.probe(collapse, scratch),
             )
             .collect();
         for (candidate, predictions) in evaluated.into_iter().flatten() {
@@ -241,22 +231,50 @@ impl<'a> Simplification<'a> {
         }
     }
 
-    /// The errors that the views around a collapse would have after it; `None` when it is not allowed.
-    fn predict(
+    /// A collapse with its cost, and the predictions that say so; `None` when it is not allowed.
+    fn probe(
         &self,
         collapse: Collapse,
         scratch: &mut predict::PredictScratch,
+    ) -> Option<(Candidate, Vec<Prediction>)> {
+        let mut others = self.polytope.views_around(collapse.removed);
+        others.retain(|&v| v != collapse.removed);
+        let stride = others.len().div_ceil(self.probes).max(1);
+        let mut probed: Vec<u32> = others.iter().copied().step_by(stride).collect();
+        let scale = others.len() as f64 / probed.len().max(1) as f64;
+        // The removed view itself counts by itself: before, it is right.
+        probed.push(collapse.removed);
+        let predictions = self.predict(collapse, &probed, scratch)?;
+        let mut cost = 0.0;
+        for p in &predictions {
+            let weight = if p.view == collapse.removed {
+                1.0
+            } else {
+                scale
+            };
+            cost += weight * (p.error - self.errors[p.view as usize]);
+        }
+        let version = self.polytope.version(collapse.removed);
+        let candidate = Candidate {
+            cost,
+            collapse,
+            version,
+        };
+        Some((candidate, predictions))
+    }
+
+    /// The errors that `views` around a collapse would have after it; `None` when it is not allowed.
+    fn predict(
+        &self,
+        collapse: Collapse,
+        views: &[u32],
+        scratch: &mut predict::PredictScratch,
     ) -> Option<Vec<Prediction>> {
         let triangles = self.polytope.triangles_after(collapse)?;
-        let affected = self.polytope.views_around(collapse.removed);
-        let mut predictions = Vec::with_capacity(affected.len());
-        for view in affected {
-            predictions.push(
-                self.predictor
-                    .predict(view, &triangles, &self.known, scratch)?,
-            );
-        }
-        Some(predictions)
+        let known = &self.known;
+        (views.iter())
+            .map(|&view| self.predictor.predict(view, &triangles, known, scratch))
+            .collect()
     }
 
     /// Takes the cheapest collapse off the heap, re-evaluating those whose neighbourhood changed.
@@ -295,18 +313,28 @@ impl<'a> Simplification<'a> {
         Ok(self.cheapest_collapse())
     }
 
-    /// Carries a collapse out and enters the edges it made.
-    fn apply(&mut self, collapse: Collapse) {
-        let mut scratch = self.predictor.scratch();
-        let Some(predictions) = self.predict(collapse, &mut scratch) else {
-            return;
+    /// Carries a collapse out and enters the edges it made; false when it is not allowed.
+    fn apply(&mut self, collapse: Collapse) -> bool {
+        let views = self.polytope.views_around(collapse.removed);
+        let work = &*self;
+        let predicted: Option<Vec<Vec<Prediction>>> = views
+            .par_chunks(8)
+            .map_init(
+                || work.predictor.scratch(),
+                |scratch, views| work.predict(collapse, views, scratch),
+            )
+            .collect();
+        let Some(predictions) = predicted else {
+            return false;
         };
+        let predictions = predictions.concat();
         for p in &predictions {
             self.error_sum += p.error - self.errors[p.view as usize];
             self.errors[p.view as usize] = p.error;
         }
         let fresh = self.polytope.apply(collapse, &predictions);
         self.evaluate(&fresh);
+        true
     }
 
     fn note_collapse(&mut self, collapse: Collapse) {

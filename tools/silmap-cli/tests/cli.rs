@@ -169,6 +169,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "triangles.0",
             "error_curve",
             "order_curve.0.1",
+            "uniform_curve.0.1",
         ],
     );
     assert_eq!(inspected["map"]["views"], made["kept"]);
@@ -182,7 +183,13 @@ fn build_and_inspect_say_what_scripts_read() {
     assert_eq!(inspected["model"]["name"], "torus");
 
     let brief = run_json(&["inspect", path(asset), "--json"]);
-    for long in ["views", "triangles", "error_curve", "order_curve"] {
+    for long in [
+        "views",
+        "triangles",
+        "error_curve",
+        "order_curve",
+        "uniform_curve",
+    ] {
         assert!(brief.get(long).is_none(), "{long} without --full");
     }
     let told = run(&["inspect", path(asset)]);

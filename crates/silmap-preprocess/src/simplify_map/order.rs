@@ -10,6 +10,10 @@ use super::Simplification;
 use super::polytope::Collapse;
 use crate::progress::{Interrupted, Monitor, Stage};
 
+/// Views that are predicted to estimate what a collapse costs. The fewer views are left, the more removed ones lie around
+/// each, and the order would take as long as all that went before; what a step leaves is always measured at all of them.
+const ORDER_PROBES: usize = 12;
+
 impl Simplification<'_> {
     /// Collapses down to the smallest polytope. Views are numbered in their order among those that are left now.
     pub(super) fn order(&mut self, monitor: &Monitor<'_>) -> Result<CollapseOrder, Interrupted> {
@@ -37,6 +41,7 @@ impl Simplification<'_> {
     /// Evaluates all collapses anew: views were moved, and what is in the heap was true before.
     pub(super) fn restart(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
         self.heap.clear();
+        self.probes = ORDER_PROBES;
         self.evaluate_all(monitor)
     }
 
@@ -45,12 +50,15 @@ impl Simplification<'_> {
         &mut self,
         monitor: &Monitor<'_>,
     ) -> Result<Option<CollapseStep>, Interrupted> {
-        monitor.check()?;
-        let Some(candidate) = self.next_collapse(monitor)? else {
-            return Ok(None);
+        let Collapse { removed, onto } = loop {
+            monitor.check()?;
+            let Some(candidate) = self.next_collapse(monitor)? else {
+                return Ok(None);
+            };
+            if self.apply(candidate.collapse) {
+                break candidate.collapse;
+            }
         };
-        let Collapse { removed, onto } = candidate.collapse;
-        self.apply(candidate.collapse);
         let turned = self.turn_edges(&self.polytope.edges_around(onto));
         let fresh = turned.iter().flat_map(|t| Collapse::along(t.now));
         self.evaluate(&fresh.collect::<Vec<_>>());
