@@ -116,6 +116,8 @@ fn sample_asset() -> Asset {
             model_crc32: 0xdead_beef,
             captured_views: 1024,
             error_curve: vec![(1024, 0.0), (512, 0.25), (146, 0.5)],
+            uniform_curve: vec![(512, 0.5)],
+            order: None,
             generator: "silmap".into(),
             options: "--keep 146".into(),
         },

@@ -22,7 +22,8 @@ mod span;
 mod tight;
 
 pub use asset::{
-    Asset, AssetError, Atlas, BuildRecord, CoarseHull, EncodedImage, TextureSet, TextureView,
+    Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
+    EncodedImage, TextureSet, TextureView,
 };
 pub use interpolate::{
     InterpolateError, Interpolation, Method, Outline, Scratch, Transfer, TriangleInterpolator,

@@ -3,6 +3,7 @@
 pub mod capture;
 pub mod dense_map;
 pub mod evaluate;
+pub mod fewer_views;
 pub mod hull;
 pub mod mesh_io;
 pub mod models;
@@ -12,5 +13,6 @@ pub mod simplify_contour;
 pub mod simplify_map;
 pub mod texture;
 pub mod trace;
+pub mod uniform;
 
 pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};

@@ -23,6 +23,7 @@ use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
 use crate::simplify_map::{SimplifyMapError, SimplifyMapParams, SimplifyMapReport, simplify};
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
+use crate::uniform::{captured_errors, uniform_counts};
 
 /// How an asset is made.
 #[derive(Clone, Debug, PartialEq)]
@@ -153,20 +154,14 @@ pub fn build(
     let views = timed(&mut seconds.contours, || {
         captured_views(model, &tree, (&cameras, &masks), params, monitor)
     })?;
-    let dense = dense_map::build(
-        views,
-        &DenseMapParams {
-            center: bounds.center,
-            radius: bounds.radius,
-            resolution_px: params.resolution_px,
-            tolerance_px: params.tolerance_px,
-            coverage: params.capture.coverage,
-        },
-    )?;
+    let dense = dense_map::build(views, &dense_params(model, params))?;
 
     // Views that their neighbours predict well go.
     let (map, map_report) = timed(&mut seconds.map, || {
         simplify(&dense, &masks, &params.map, monitor)
+    })?;
+    let uniform_curve = timed(&mut seconds.map, || {
+        uniform_curve((model, &tree), (&cameras, &masks), params, monitor)
     })?;
     drop(masks);
 
@@ -180,7 +175,10 @@ pub fn build(
     })?;
 
     let warnings = stall_warnings(params, &map_report, &hull);
-    let record = record(model.mesh(), name, params, &map_report);
+    let record = BuildRecord {
+        uniform_curve,
+        ..record(model.mesh(), name, params, &map_report)
+    };
     let asset = assemble(record, map, hull, textures)?;
     let report = BuildReport {
         views: params.views,
@@ -229,6 +227,67 @@ fn captured_views(
         .collect::<Result<_, _>>()?;
     monitor.finish(Stage::Contours);
     Ok(views)
+}
+
+fn dense_params(model: &ClosedMesh, params: &BuildParams) -> DenseMapParams {
+    DenseMapParams {
+        center: model.bounds().center,
+        radius: model.bounds().radius,
+        resolution_px: params.resolution_px,
+        tolerance_px: params.tolerance_px,
+        coverage: params.capture.coverage,
+    }
+}
+
+/// A map of `views` evenly spread views, all kept; what else `params` say holds for it too.
+///
+/// # Errors
+/// As [`build`].
+pub fn uniform_map(
+    model: &ClosedMesh,
+    params: &BuildParams,
+    views: u32,
+    monitor: &Monitor<'_>,
+) -> Result<SilhouetteMap, BuildError> {
+    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, monitor)
+}
+
+fn uniform_map_of(
+    (model, tree): (&ClosedMesh, &Bvh),
+    params: &BuildParams,
+    views: u32,
+    monitor: &Monitor<'_>,
+) -> Result<SilhouetteMap, BuildError> {
+    let radius = params.view_radius_rel * model.bounds().radius;
+    let cameras = view_sphere(model.bounds(), radius, views, params.resolution_px)?;
+    let masks = capture(model, &cameras, &params.capture, monitor)?;
+    let views = captured_views(model, tree, (&cameras, &masks), params, monitor)?;
+    Ok(dense_map::build(views, &dense_params(model, params))?)
+}
+
+/// The errors of maps of evenly spread views, measured at the captured views; without those numbers of views that make no
+/// map, which is no reason to have no asset.
+fn uniform_curve(
+    model: (&ClosedMesh, &Bvh),
+    captured: (&[Camera], &[Mask]),
+    params: &BuildParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<(u32, f64)>, Interrupted> {
+    let counts = uniform_counts(params.views);
+    monitor.start(Stage::Evaluate, counts.len() as u64);
+    let mut curve = Vec::with_capacity(counts.len());
+    for views in counts {
+        monitor.check()?;
+        if let Ok(map) = uniform_map_of(model, params, views, &monitor.quiet())
+            && let Ok(errors) = captured_errors(&map, captured, params.map.method)
+        {
+            curve.push((views, errors.mean));
+        }
+        monitor.advance(Stage::Evaluate, 1);
+    }
+    monitor.finish(Stage::Evaluate);
+    monitor.check()?;
+    Ok(curve)
 }
 
 /// Targets that were not reached.
@@ -281,6 +340,8 @@ fn record(
         model_crc32: model_crc32(model),
         captured_views: params.views,
         error_curve: map.curve.clone(),
+        uniform_curve: Vec::new(),
+        order: Some(map.order.clone()),
         generator: concat!("silmap ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options_text(params),
     }
@@ -362,7 +423,7 @@ mod tests {
         assert_eq!(asset.textures.views.len(), 3);
         assert_eq!(asset.record.captured_views, 48);
         assert_eq!(asset.record.name, "torus");
-        assert!(report.map.misclassified_mean > 0.0);
+        assert!(report.map.order.errors.mean > 0.0);
         assert_eq!(report.warnings, Vec::new());
         // What is in memory is what comes back from the file.
         let bytes = asset::write(&asset).unwrap();

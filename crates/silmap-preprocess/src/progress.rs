@@ -17,6 +17,8 @@ pub enum Stage {
     Map,
     /// Moving those that were kept.
     Refine,
+    /// Finding out which of them could go next.
+    Order,
     /// Collapsing the mesh to the coarse hull.
     Hull,
     /// Taking texture pictures and the atlas.
@@ -136,6 +138,15 @@ impl<'a> Monitor<'a> {
         Monitor {
             on_event: &|_| {},
             stop: &NEVER,
+        }
+    }
+
+    /// Stops when this one does, but reports to nobody.
+    #[must_use]
+    pub fn quiet(&self) -> Self {
+        Self {
+            on_event: &|_| {},
+            stop: self.stop,
         }
     }
 

@@ -4,24 +4,31 @@
 //! misclassified pixels over all original views that the collapse would add.
 //! Deviation: pixels are counted as a share of the view's inside, the measure of figure 11, so that all views weigh the same.
 //! Costs in the neighbourhood of a collapse are re-evaluated when they reach the top of the heap, not at once. Afterwards the
-//! views that are left are moved where that lowers the error.
+//! views that are left are moved where that lowers the error, and the collapses go on from there to the smallest polytope:
+//! that part is only noted, so that an asset can lose further views later.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
 use rayon::prelude::*;
 use silmap_geometry::Mask;
-use silmap_map::{Method, SilhouetteMap};
+use silmap_map::{CapturedErrors, CollapseOrder, Method, SilhouetteMap};
 use thiserror::Error;
 
 use crate::progress::{Interrupted, Monitor, Stage};
 
+mod order;
 mod polytope;
 mod predict;
 mod refine;
+mod replay;
+#[cfg(test)]
+mod tests;
 
 use polytope::{Collapse, SimplifiedPolytope};
 use predict::{Prediction, Predictor};
+
+pub use replay::{ReplayError, replay};
 
 /// When to stop removing views.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,16 +54,15 @@ impl Default for SimplifyMapParams {
 /// What simplifying did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimplifyMapReport {
-    /// Views left and mean misclassified share over all original views, after each collapse (figure 11).
+    /// Views left and mean misclassified share over all original views, after each collapse (figure 11); the last is that of
+    /// the map after its views were moved.
     pub curve: Vec<(u32, f64)>,
     /// Per collapse: the view that was removed and the neighbour it collapsed onto, as indices into the dense map.
     pub collapses: Vec<(u32, u32)>,
     /// Per view kept: its index in the dense map.
     pub kept: Vec<u32>,
-    /// Mean misclassified share over all original views.
-    pub misclassified_mean: f64,
-    /// Largest misclassified share of an original view.
-    pub misclassified_max: f64,
+    /// The errors over all original views, and how the map can lose further ones.
+    pub order: CollapseOrder,
     /// How often a view's silhouette was predicted: the cost of simplifying.
     pub predictions: u64,
 }
@@ -140,7 +146,7 @@ pub fn simplify(
     work.evaluate_all(monitor)?;
     while work.polytope.view_count() > target as usize {
         monitor.check()?;
-        let Some(candidate) = work.cheapest_collapse() else {
+        let Some(candidate) = work.next_collapse(monitor)? else {
             break;
         };
         let total = work.error_sum + candidate.cost;
@@ -150,12 +156,20 @@ pub fn simplify(
         {
             break;
         }
-        work.apply(candidate.collapse);
+        if work.apply(candidate.collapse) {
+            work.note_collapse(candidate.collapse);
+        }
         monitor.advance(Stage::Map, 1);
     }
     monitor.finish(Stage::Map);
     work.refine(monitor)?;
-    Ok(work.finish())
+    let moved = work.captured_errors();
+    if let Some(last) = work.report.curve.last_mut() {
+        last.1 = moved.mean;
+    }
+    let map = work.chosen_map();
+    work.report.order = work.order(monitor)?;
+    Ok((map, work.report))
 }
 
 /// The state of a simplification.
@@ -168,6 +182,9 @@ struct Simplification<'a> {
     heap: BinaryHeap<Candidate>,
     /// Errors predicted so far: most triangles around a candidate outlive the collapses beside it.
     known: HashMap<(u32, [u32; 3]), f64>,
+    /// Views around a removed one that are predicted to find out what a collapse costs; with fewer than there are, the cost is
+    /// an estimate.
+    probes: usize,
     report: SimplifyMapReport,
 }
 
@@ -180,6 +197,7 @@ impl<'a> Simplification<'a> {
             error_sum: 0.0,
             heap: BinaryHeap::new(),
             known: HashMap::new(),
+            probes: usize::MAX,
             report: SimplifyMapReport::default(),
         }
     }
@@ -200,22 +218,7 @@ impl<'a> Simplification<'a> {
             .par_iter()
             .map_init(
                 || self.predictor.scratch(),
-                |scratch, &collapse| {
-                    let predictions = self.predict(collapse, scratch)?;
-                    let cost = predictions
-                        .iter()
-                        .map(|p| p.error - self.errors[p.view as usize])
-                        .sum();
-                    let version = self.polytope.version(collapse.removed);
-                    Some((
-                        Candidate {
-                            cost,
-                            collapse,
-                            version,
-                        },
-                        predictions,
-                    ))
-                },
+                |scratch, &collapse| self.probe(collapse, scratch),
             )
             .collect();
         for (candidate, predictions) in evaluated.into_iter().flatten() {
@@ -228,22 +231,50 @@ impl<'a> Simplification<'a> {
         }
     }
 
-    /// The errors that the views around a collapse would have after it; `None` when it is not allowed.
-    fn predict(
+    /// A collapse with its cost, and the predictions that say so; `None` when it is not allowed.
+    fn probe(
         &self,
         collapse: Collapse,
         scratch: &mut predict::PredictScratch,
+    ) -> Option<(Candidate, Vec<Prediction>)> {
+        let mut others = self.polytope.views_around(collapse.removed);
+        others.retain(|&v| v != collapse.removed);
+        let stride = others.len().div_ceil(self.probes).max(1);
+        let mut probed: Vec<u32> = others.iter().copied().step_by(stride).collect();
+        let scale = others.len() as f64 / probed.len().max(1) as f64;
+        // The removed view itself counts by itself: before, it is right.
+        probed.push(collapse.removed);
+        let predictions = self.predict(collapse, &probed, scratch)?;
+        let mut cost = 0.0;
+        for p in &predictions {
+            let weight = if p.view == collapse.removed {
+                1.0
+            } else {
+                scale
+            };
+            cost += weight * (p.error - self.errors[p.view as usize]);
+        }
+        let version = self.polytope.version(collapse.removed);
+        let candidate = Candidate {
+            cost,
+            collapse,
+            version,
+        };
+        Some((candidate, predictions))
+    }
+
+    /// The errors that `views` around a collapse would have after it; `None` when it is not allowed.
+    fn predict(
+        &self,
+        collapse: Collapse,
+        views: &[u32],
+        scratch: &mut predict::PredictScratch,
     ) -> Option<Vec<Prediction>> {
         let triangles = self.polytope.triangles_after(collapse)?;
-        let affected = self.polytope.views_around(collapse.removed);
-        let mut predictions = Vec::with_capacity(affected.len());
-        for view in affected {
-            predictions.push(
-                self.predictor
-                    .predict(view, &triangles, &self.known, scratch)?,
-            );
-        }
-        Some(predictions)
+        let known = &self.known;
+        (views.iter())
+            .map(|&view| self.predictor.predict(view, &triangles, known, scratch))
+            .collect()
     }
 
     /// Takes the cheapest collapse off the heap, re-evaluating those whose neighbourhood changed.
@@ -273,223 +304,74 @@ impl<'a> Simplification<'a> {
         }
     }
 
-    /// Carries a collapse out and enters the edges it made.
-    fn apply(&mut self, collapse: Collapse) {
-        let mut scratch = self.predictor.scratch();
-        let Some(predictions) = self.predict(collapse, &mut scratch) else {
-            return;
+    /// The cheapest collapse; before there is none, those that were not allowed once are tried again.
+    fn next_collapse(&mut self, monitor: &Monitor<'_>) -> Result<Option<Candidate>, Interrupted> {
+        if let Some(candidate) = self.cheapest_collapse() {
+            return Ok(Some(candidate));
+        }
+        self.evaluate_all(monitor)?;
+        Ok(self.cheapest_collapse())
+    }
+
+    /// Carries a collapse out and enters the edges it made; false when it is not allowed.
+    fn apply(&mut self, collapse: Collapse) -> bool {
+        let views = self.polytope.views_around(collapse.removed);
+        let work = &*self;
+        let predicted: Option<Vec<Vec<Prediction>>> = views
+            .par_chunks(8)
+            .map_init(
+                || work.predictor.scratch(),
+                |scratch, views| work.predict(collapse, views, scratch),
+            )
+            .collect();
+        let Some(predictions) = predicted else {
+            return false;
         };
+        let predictions = predictions.concat();
         for p in &predictions {
             self.error_sum += p.error - self.errors[p.view as usize];
             self.errors[p.view as usize] = p.error;
         }
         let fresh = self.polytope.apply(collapse, &predictions);
         self.evaluate(&fresh);
+        true
+    }
+
+    fn note_collapse(&mut self, collapse: Collapse) {
         self.report
             .collapses
             .push((collapse.removed, collapse.onto));
         self.report.curve.push((
             self.polytope.view_count() as u32,
-            self.error_sum / self.errors.len() as f64,
+            self.captured_errors().mean,
         ));
     }
 
-    fn finish(mut self) -> (SilhouetteMap, SimplifyMapReport) {
-        let dense = self.predictor.map();
+    fn captured_errors(&self) -> CapturedErrors {
+        CapturedErrors {
+            mean: self.error_sum.max(0.0) / self.errors.len().max(1) as f64,
+            max: self.errors.iter().copied().fold(0.0, f64::max),
+        }
+    }
+
+    /// The map of the views that are left.
+    fn chosen_map(&mut self) -> SilhouetteMap {
         let (kept, triangles) = self.polytope.compact();
-        let map = SilhouetteMap {
-            views: kept
-                .iter()
-                .map(|&v| dense.views[v as usize].clone())
-                .collect(),
-            triangles,
-            ..SilhouetteMap {
-                views: Vec::new(),
-                triangles: Vec::new(),
-                ..dense.clone()
-            }
-        };
+        let map = submap(self.predictor.map(), &kept, triangles);
         self.report.kept = kept;
-        self.report.misclassified_mean = self.error_sum.max(0.0) / self.errors.len().max(1) as f64;
-        self.report.misclassified_max = self.errors.iter().copied().fold(0.0, f64::max);
-        (map, self.report)
+        map
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::capture::{CaptureParams, capture, view_sphere};
-    use crate::dense_map::{self, DenseMapParams};
-    use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
-    use crate::trace::trace_contours;
-    use silmap_geometry::{ClosedMesh, CoverageRule};
-    use silmap_map::{CapturedView, ViewContour};
-
-    fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
-        let mesh = ClosedMesh::try_from(crate::models::torus(1024)).unwrap();
-        let bounds = *mesh.bounds();
-        let side = 96;
-        let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();
-        let masks = capture(
-            &mesh,
-            &cameras,
-            &CaptureParams::default(),
-            &Monitor::silent(),
-        )
-        .unwrap();
-        let views = cameras
-            .iter()
-            .zip(&masks)
-            .map(|(&camera, mask)| {
-                let loops =
-                    simplify_contours(&trace_contours(mask), &SimplifyContourParams::default());
-                let contours = loops.into_iter().map(|points| ViewContour {
-                    points,
-                    depths: Vec::new(),
-                });
-                CapturedView {
-                    camera,
-                    contours: contours.collect(),
-                }
-            })
-            .collect();
-        let params = DenseMapParams {
-            center: bounds.center,
-            radius: bounds.radius,
-            resolution_px: side,
-            tolerance_px: 0.5,
-            coverage: CoverageRule::Center,
-        };
-        (dense_map::build(views, &params).unwrap(), masks)
-    }
-
-    #[test]
-    fn every_collapse_leaves_a_star_shaped_polytope_and_true_errors() {
-        let (dense, masks) = torus_map(60);
-        let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
-        work.evaluate_all(&Monitor::silent()).unwrap();
-        while let Some(candidate) = work.cheapest_collapse() {
-            let before = work.error_sum;
-            work.apply(candidate.collapse);
-            work.polytope.check();
-            assert!(
-                (work.error_sum - before - candidate.cost).abs() < 1e-9,
-                "a cost was not kept"
-            );
-            let sum: f64 = work.errors.iter().sum();
-            assert!((work.error_sum - sum).abs() < 1e-9);
-        }
-        assert!(
-            work.polytope.view_count() <= 12,
-            "stalled at {}",
-            work.polytope.view_count()
-        );
-        assert!(work.error_sum > 0.0);
-    }
-
-    #[test]
-    fn moving_views_lowers_the_error_and_leaves_a_polytope() {
-        let (dense, masks) = torus_map(80);
-        let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
-        work.evaluate_all(&Monitor::silent()).unwrap();
-        while work.polytope.view_count() > 24 {
-            let candidate = work.cheapest_collapse().unwrap();
-            work.apply(candidate.collapse);
-        }
-        let before = work.error_sum;
-        work.refine(&Monitor::silent()).unwrap();
-        work.polytope.check();
-        assert_eq!(work.polytope.view_count(), 24);
-        assert!(
-            work.error_sum < before,
-            "{before} stayed {}",
-            work.error_sum
-        );
-        // The sum that was kept up to date is that of fresh predictions from the polytope as it is.
-        let (kept, triangles) = work.polytope.compact();
-        let triangles: Vec<[u32; 3]> = triangles
-            .iter()
-            .map(|t| t.map(|v| kept[v as usize]))
-            .collect();
-        let mut scratch = work.predictor.scratch();
-        let fresh: f64 = (0..80)
-            .filter(|v| !kept.contains(v))
-            .map(|v| {
-                let known = HashMap::new();
-                work.predictor
-                    .predict(v, &triangles, &known, &mut scratch)
-                    .unwrap()
-                    .error
-            })
-            .sum();
-        assert!(
-            (fresh - work.error_sum).abs() < 1e-9,
-            "{fresh} is not {}",
-            work.error_sum
-        );
-    }
-
-    #[test]
-    fn the_curve_ends_where_it_was_told_to() {
-        let (dense, masks) = torus_map(60);
-        let monitor = Monitor::silent();
-        let keep = SimplifyMapParams {
-            keep: 20,
-            ..SimplifyMapParams::default()
-        };
-        let (map, report) = simplify(&dense, &masks, &keep, &monitor).unwrap();
-        assert_eq!(
-            (map.views.len(), report.kept.len(), report.curve.len()),
-            (20, 20, 40)
-        );
-        assert_eq!(map.triangles.len(), 36);
-        let at_30 = report
-            .curve
-            .iter()
-            .find(|(views, _)| *views == 30)
-            .unwrap()
-            .1;
-        let limit = SimplifyMapParams {
-            max_error: Some(at_30),
-            ..keep
-        };
-        let (map, report) = simplify(&dense, &masks, &limit, &monitor).unwrap();
-        assert!(report.misclassified_mean <= at_30 && map.views.len() <= 30);
-    }
-
-    #[test]
-    fn the_number_of_threads_changes_nothing() {
-        let (dense, masks) = torus_map(48);
-        let params = SimplifyMapParams {
-            keep: 16,
-            ..SimplifyMapParams::default()
-        };
-        let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| simplify(&dense, &masks, &params, &Monitor::silent()).unwrap())
-        };
-        assert_eq!(run(1), run(3));
-    }
-
-    #[test]
-    fn a_map_without_its_masks_is_refused() {
-        let (dense, masks) = torus_map(12);
-        let made = simplify(
-            &dense,
-            &masks[1..],
-            &SimplifyMapParams::default(),
-            &Monitor::silent(),
-        );
-        assert_eq!(
-            made.err(),
-            Some(SimplifyMapError::MaskCount {
-                views: 12,
-                masks: 11
-            })
-        );
+/// Some of a map's views with a polytope of their own.
+fn submap(map: &SilhouetteMap, kept: &[u32], triangles: Vec<[u32; 3]>) -> SilhouetteMap {
+    SilhouetteMap {
+        center: map.center,
+        radius: map.radius,
+        resolution_px: map.resolution_px,
+        tolerance_px: map.tolerance_px,
+        coverage: map.coverage,
+        views: (kept.iter().map(|&v| map.views[v as usize].clone())).collect(),
+        triangles,
     }
 }

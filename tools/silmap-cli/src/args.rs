@@ -171,6 +171,23 @@ pub(crate) struct DemoArgs {
     pub(crate) output: OutputArgs,
 }
 
+/// What has no meaning for an asset that is there already.
+const FROM_CONFLICTS: [&str; 13] = [
+    "model",
+    "views",
+    "method",
+    "resolution",
+    "tolerance",
+    "coverage",
+    "radius",
+    "faces",
+    "texture_views",
+    "texture_size",
+    "close_holes",
+    "repair",
+    "backend",
+];
+
 /// Makes an asset (.glb) out of a mesh.
 ///
 /// Reads OBJ, PLY, STL, OFF, glTF and GLB. The mesh must be closed and consistently oriented; `--close-holes` and
@@ -179,10 +196,15 @@ pub(crate) struct DemoArgs {
 #[command(after_help = "\
 Examples:
   silmap build bunny.ply --close-holes -o bunny.glb
-  silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json")]
+  silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json
+  silmap build --from bunny.glb --keep 64 -o smaller.glb")]
 pub(crate) struct BuildArgs {
     /// The mesh
-    pub(crate) model: PathBuf,
+    #[arg(required_unless_present = "from")]
+    pub(crate) model: Option<PathBuf>,
+    /// Take an asset instead of a mesh, and remove views until --keep or --max-error is met
+    #[arg(long, value_name = "ASSET.glb", conflicts_with_all = FROM_CONFLICTS)]
+    pub(crate) from: Option<PathBuf>,
     /// The asset to write
     #[arg(short, long, value_name = "OUT.glb")]
     pub(crate) out: PathBuf,

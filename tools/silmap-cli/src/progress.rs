@@ -87,6 +87,7 @@ fn stage_sentence(stage: Stage) -> &'static str {
         Stage::Contours => "tracing contours",
         Stage::Map => "choosing views",
         Stage::Refine => "moving views",
+        Stage::Order => "ordering views",
         Stage::Hull => "growing the hull",
         Stage::Textures => "taking textures",
         Stage::Write => "writing",

@@ -98,6 +98,14 @@ fn wrong_usage_ends_in_2() {
             "build", "m.ply", "-o", "o.glb", "--views", "100", "--keep", "101",
         ],
         &["build", "m.ply", "-o", "o.glb", "--max-error", "2"],
+        &["build", "-o", "o.glb"],
+        &["build", "--from", asset, "-o", "o.glb"],
+        &[
+            "build", "m.ply", "--from", asset, "-o", "o.glb", "--keep", "9",
+        ],
+        &[
+            "build", "--from", asset, "-o", "o.glb", "--keep", "9", "--views", "64",
+        ],
         &["build", "m.ply", "-o", "o.glb", "--tighten", "best"],
         &["contour", asset, "--eye", "1,2"],
         &["contour", asset, "--eye", "0,0,3", "--size", "0x5"],
@@ -164,6 +172,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "map.contour_vertices_max",
             "map.has_depth",
             "map.bytes",
+            "map.fewest_views",
             "hull.faces",
             "hull.vertices",
             "hull.volume_ratio",
@@ -177,6 +186,8 @@ fn build_and_inspect_say_what_scripts_read() {
             "views.0.contour_vertices",
             "triangles.0",
             "error_curve",
+            "order_curve.0.1",
+            "uniform_curve.0.1",
         ],
     );
     assert_eq!(inspected["map"]["views"], made["kept"]);
@@ -190,11 +201,77 @@ fn build_and_inspect_say_what_scripts_read() {
     assert_eq!(inspected["model"]["name"], "torus");
 
     let brief = run_json(&["inspect", path(asset), "--json"]);
-    for long in ["views", "triangles", "error_curve"] {
+    for long in [
+        "views",
+        "triangles",
+        "error_curve",
+        "order_curve",
+        "uniform_curve",
+    ] {
         assert!(brief.get(long).is_none(), "{long} without --full");
     }
     let told = run(&["inspect", path(asset)]);
     assert!(told.code == 0 && told.out.contains("hull"), "{}", told.out);
+}
+
+#[test]
+fn an_asset_loses_views_without_its_model() {
+    let folder = scratch("from");
+    let out = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let asset = path(&fixture().asset);
+    let lower = |from: &str, goal: [&str; 2], to: &str| {
+        run_json(&[
+            "build", "--from", from, goal[0], goal[1], "-o", to, "--json",
+        ])
+    };
+    let (half_way, two_steps, at_once) = (out("14.glb"), out("two.glb"), out("one.glb"));
+    let made = lower(asset, ["--keep", "14"], &half_way);
+    assert_eq!((&made["kept"], &made["views"]), (&14.into(), &64.into()));
+    for (name, number) in [
+        ("hull_faces", "hull_faces"),
+        ("volume_ratio", "volume_ratio"),
+    ] {
+        assert_eq!(made[name], fixture().build[number]);
+    }
+    let error = |made: &Value| made["error"]["misclassified_mean"].as_f64().unwrap();
+    assert!(error(&made) > error(&fixture().build));
+    lower(&half_way, ["--keep", "10"], &two_steps);
+    let fewer = lower(asset, ["--keep", "10"], &at_once);
+    assert!(
+        fs::read(&two_steps).unwrap() == fs::read(&at_once).unwrap(),
+        "two steps down are not one"
+    );
+    assert!(fs::read(&half_way).unwrap() != fs::read(&at_once).unwrap());
+    // The smaller asset is one like any other.
+    let contour = run_json(&["contour", &at_once, "--eye", "1,2,4"]);
+    assert!(!contour["loops"].as_array().unwrap().is_empty());
+
+    let limit = error(&fewer).to_string();
+    let by_error = lower(asset, ["--max-error", &limit], &out("error.glb"));
+    assert!(by_error["kept"].as_u64().unwrap() <= 11, "{by_error}");
+
+    for (goal, words) in [
+        (["--keep", "21"], "it has 20 views"),
+        (["--keep", "4"], "can go down to"),
+        (["--max-error", "0.0001%"], "more than"),
+    ] {
+        let ended = run(&[
+            "build",
+            "--from",
+            asset,
+            goal[0],
+            goal[1],
+            "-o",
+            &out("no.glb"),
+        ]);
+        check_one_sentence(&ended, words);
+        assert!(
+            ended.err.contains(words) && ended.err.contains(asset),
+            "{}",
+            ended.err
+        );
+        assert!(!folder.join("no.glb").exists());
+    }
 }
 
 #[test]

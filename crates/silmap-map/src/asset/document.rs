@@ -55,6 +55,10 @@ pub(super) struct BuildPart {
     pub(super) options: String,
     pub(super) captured_views: u32,
     pub(super) error_curve_view: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) uniform_curve_view: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) collapse_order_view: Option<usize>,
 }
 
 /// The silhouette map.

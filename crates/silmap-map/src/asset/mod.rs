@@ -3,8 +3,8 @@
 //! On disk it is a standard binary glTF 2.0 file: the coarse hull, unwelded at the atlas's seams, with the atlas as base
 //! colour. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
-//! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), and
-//! [`write`](mod@write) and [`read`](mod@read), which put them together.
+//! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`order`]
+//! (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
@@ -12,6 +12,7 @@
 mod container;
 mod document;
 mod hull_mesh;
+mod order;
 mod packing;
 mod paint;
 mod read;
@@ -26,6 +27,7 @@ use thiserror::Error;
 use crate::SilhouetteMap;
 
 pub use document::{EXTENSION_NAME, FORMAT_VERSION};
+pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
 pub use read::{read, sizes};
 pub use silhouettes::{DEPTH_STEPS_PER_RADIUS, POINT_STEPS_PER_PX, quantise};
 pub use write::write;
@@ -99,9 +101,13 @@ pub struct BuildRecord {
     pub model_crc32: u32,
     /// Captured views before simplification.
     pub captured_views: u32,
-    /// Views kept and mean misclassified share after each collapse that was recorded, most views first; the share is stored
-    /// in single precision.
+    /// Views kept and mean misclassified share after each collapse that was recorded, most views first, down to the map as it
+    /// is; the share is stored in single precision. [`CollapseOrder::curve`] goes on from there.
     pub error_curve: Vec<(u32, f64)>,
+    /// Views and mean misclassified share of maps of evenly spread views, most views first, to compare the error curve with.
+    pub uniform_curve: Vec<(u32, f64)>,
+    /// How the map can lose further views; `None` in files of earlier versions.
+    pub order: Option<CollapseOrder>,
     /// Version of silmap.
     pub generator: String,
     /// The options, as text.
@@ -242,6 +248,14 @@ pub enum AssetError {
         view: usize,
         /// Why.
         source: CameraError,
+    },
+    /// A step of the collapse order cannot be carried out.
+    #[error("it is damaged: step {step} of its collapse order {reason}")]
+    CollapseOrder {
+        /// Index of the step.
+        step: usize,
+        /// What is wrong with it.
+        reason: &'static str,
     },
     /// A picture is neither PNG nor JPEG, or not what its type says.
     #[error("the picture {what} is not the PNG or JPEG that its type {mime_type:?} says")]

@@ -164,7 +164,7 @@ pub(super) fn decode_curve(bytes: &[u8]) -> Result<Vec<(u32, f64)>, AssetError> 
     Ok(curve)
 }
 
-fn check_share(share: f32) -> Result<(), AssetError> {
+pub(super) fn check_share(share: f32) -> Result<(), AssetError> {
     if share.is_finite() {
         return Ok(());
     }

@@ -15,7 +15,7 @@ use super::write::check_picture;
 use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, TextureSet, TextureView,
 };
-use super::{container, paint, silhouettes};
+use super::{container, order, paint, silhouettes};
 
 /// The asset in the bytes of a `.glb` file.
 ///
@@ -40,14 +40,17 @@ pub fn sizes(file: &[u8]) -> Result<AssetSizes, AssetError> {
         ..
     } = &contents.extension;
     let map = contents.view(map.silhouettes_view)?.len();
-    let curve = contents.view(build.error_curve_view)?.len();
+    let mut record = contents.view(build.error_curve_view)?.len();
+    for view in [build.uniform_curve_view, build.collapse_order_view] {
+        record += contents.view_if_there(view)?.map_or(0, <[u8]>::len);
+    }
     let mut paint = contents.view(textures.cameras_view)?.len();
     for image in &contents.document.images {
         paint += contents.view(image.buffer_view)?.len();
     }
     contents.view(hull.vertices_view)?;
     // All the buffer is one of the four; what is left over are the hull's arrays.
-    let hull = contents.binary.len().saturating_sub(map + curve + paint);
+    let hull = contents.binary.len().saturating_sub(map + record + paint);
     Ok(AssetSizes {
         map: map as u64,
         hull: hull as u64,
@@ -160,6 +163,15 @@ impl<'a> Contents<'a> {
             tolerance_px: map.tolerance,
             coverage: map.coverage.into(),
         };
+        let map = silhouettes::decode(&header, self.view(map.silhouettes_view)?)?;
+        let uniform_curve = match self.view_if_there(build.uniform_curve_view)? {
+            Some(bytes) => paint::decode_curve(bytes)?,
+            None => Vec::new(),
+        };
+        let order = match self.view_if_there(build.collapse_order_view)? {
+            Some(bytes) => Some(order::decode(bytes, map.views.len())?),
+            None => None,
+        };
         Ok(Asset {
             record: BuildRecord {
                 name: model.name.clone(),
@@ -168,10 +180,12 @@ impl<'a> Contents<'a> {
                 model_crc32: model.crc32,
                 captured_views: build.captured_views,
                 error_curve: paint::decode_curve(self.view(build.error_curve_view)?)?,
+                uniform_curve,
+                order,
                 generator: build.generator.clone(),
                 options: build.options.clone(),
             },
-            map: silhouettes::decode(&header, self.view(map.silhouettes_view)?)?,
+            map,
             hull,
             textures: TextureSet {
                 views,
@@ -190,6 +204,10 @@ impl<'a> Contents<'a> {
             .ok_or(AssetError::Truncated {
                 part: "buffer views",
             })
+    }
+
+    fn view_if_there(&self, index: Option<usize>) -> Result<Option<&'a [u8]>, AssetError> {
+        index.map(|index| self.view(index)).transpose()
     }
 
     /// The bytes of an accessor's elements, and its component type and count.

@@ -121,7 +121,7 @@ impl Grid {
     }
 }
 
-/// The asset as it comes back from a file: contours, depths and error curve rounded.
+/// The asset as it comes back from a file: contours, depths and errors rounded.
 ///
 /// # Errors
 /// When a number is too large to be stored or a view's camera is not determined by its eye.
@@ -133,8 +133,16 @@ pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
         hull: asset.hull.clone(),
         textures: asset.textures.clone(),
     };
-    for (_, share) in &mut rounded.record.error_curve {
+    let record = &mut rounded.record;
+    for (_, share) in record
+        .error_curve
+        .iter_mut()
+        .chain(&mut record.uniform_curve)
+    {
         *share = f64::from(*share as f32);
+    }
+    if let Some(order) = &mut record.order {
+        order.round();
     }
     Ok(rounded)
 }

@@ -118,8 +118,41 @@ fn any_texture_view() -> impl Strategy<Value = TextureView> {
 }
 
 prop_compose! {
+    /// Removes the views of a map one by one, with numbers for errors that only have to survive.
+    fn any_order(view_count: usize)(
+        removed in Just((0..view_count as u32).collect::<Vec<_>>()).prop_shuffle(),
+        length: prop::sample::Index,
+        turned in prop::collection::vec(0_usize..3, view_count),
+        shares in prop::collection::vec((0.0..1.0_f64, 0.0..1.0_f64), view_count + 1),
+    ) -> CollapseOrder {
+        let errors = |k: usize| CapturedErrors { mean: shares[k].0, max: shares[k].1 };
+        let step_count = match view_count {
+            0 | 1 => 0,
+            _ => length.index(view_count),
+        };
+        let steps = (0..step_count).map(|k| {
+            let left = &removed[k + 1..];
+            CollapseStep {
+                removed: removed[k],
+                onto: left[k % left.len()],
+                turned: vec![[left[0], left[left.len() - 1]]; turned[k]],
+                errors: errors(k + 1),
+            }
+        });
+        CollapseOrder { errors: errors(0), steps: steps.collect() }
+    }
+}
+
+fn map_and_order() -> impl Strategy<Value = (SilhouetteMap, Option<CollapseOrder>)> {
+    any_map().prop_flat_map(|map| {
+        let order = any_order(map.views.len());
+        (Just(map), proptest::option::of(order))
+    })
+}
+
+prop_compose! {
     fn any_asset()(
-        map in any_map(),
+        (map, order) in map_and_order(),
         hull in any_hull(),
         views in prop::collection::vec(any_texture_view(), 0..12),
         has_bits: bool,
@@ -128,8 +161,9 @@ prop_compose! {
         name in ".{0,12}",
         options in "[\"\\\\a:]{0,12}|\"checksum\":\"00000000\"",
         numbers: (u64, u64, u32, u32),
-        error_curve in prop::collection::vec((any::<u32>(), 0.0..1.0_f64), 0..5),
+        curves in prop::array::uniform2(prop::collection::vec((any::<u32>(), 0.0..1.0_f64), 0..5)),
     ) -> Asset {
+        let [error_curve, uniform_curve] = curves;
         let face_count = hull.faces.len();
         let used = (1_u64 << views.len()) - 1;
         Asset {
@@ -140,6 +174,8 @@ prop_compose! {
                 model_crc32: numbers.2,
                 captured_views: numbers.3,
                 error_curve,
+                uniform_curve,
+                order,
                 generator: "silmap test".into(),
                 options,
             },
@@ -375,5 +411,94 @@ fn what_contradicts_itself_is_not_written() {
         let mut asset = small_asset();
         break_it(&mut asset);
         assert!(write(&asset).is_err(), "{what}");
+    }
+}
+
+/// A map of three views that may lose one, then another.
+fn asset_with_order() -> Asset {
+    let step = |removed, onto| CollapseStep {
+        removed,
+        onto,
+        ..CollapseStep::default()
+    };
+    let mut asset = small_asset();
+    asset.record.order = Some(CollapseOrder {
+        steps: vec![step(1, 0), step(2, 0)],
+        ..CollapseOrder::default()
+    });
+    asset
+}
+
+#[test]
+fn an_order_that_uses_missing_views_is_refused() {
+    type Break = fn(&mut CollapseStep);
+    let breaks: [(&str, Break, &str); 5] = [
+        (
+            "no such view",
+            |s| s.removed = 3,
+            "view 3 does not exist: there are 3",
+        ),
+        (
+            "onto a removed view",
+            |s| s.onto = 1,
+            "it is damaged: step 1 of its collapse order names a view that went before",
+        ),
+        (
+            "onto itself",
+            |s| s.onto = 2,
+            "it is damaged: step 1 of its collapse order uses the view that it removes",
+        ),
+        (
+            "an edge of the removed view",
+            |s| s.turned.push([0, 2]),
+            "it is damaged: step 1 of its collapse order uses the view that it removes",
+        ),
+        (
+            "no number",
+            |s| s.errors.max = f64::NAN,
+            "misclassified share NaN cannot be stored: it must be finite and at most 340282346638528860000000000000000000000 \
+             in size",
+        ),
+    ];
+    let sound = asset_with_order();
+    assert_eq!(
+        read(&write(&sound).unwrap()).unwrap(),
+        quantise(&sound).unwrap()
+    );
+    for (what, break_it, sentence) in breaks {
+        let mut asset = sound.clone();
+        let steps = asset.record.order.as_mut().map(|order| &mut order.steps);
+        break_it(&mut steps.unwrap()[1]);
+        let refused = write(&asset).unwrap_err();
+        assert_eq!(refused.to_string(), sentence, "{what}");
+    }
+}
+
+#[test]
+fn a_damaged_order_in_a_file_is_refused() {
+    let sound = asset_with_order();
+    let bytes = order::encode(&sound.record, 3).unwrap().unwrap();
+    let file = write(&sound).unwrap();
+    let at = (file.windows(bytes.len()).position(|w| w == bytes)).unwrap();
+    let with = |changes: &[(usize, u8)]| {
+        let mut broken = file.clone();
+        for &(offset, value) in changes {
+            broken[at + offset] = value;
+        }
+        container::seal(&mut broken);
+        read(&broken).map(|_| ()).map_err(|e| e.to_string())
+    };
+    // Two shares, the number of steps, then view, neighbour, two shares and the number of edges of each.
+    assert_eq!(with(&[(8, 2)]), Ok(()));
+    for (changes, words) in [
+        (&[(9, 100)][..], "view 100 does not exist"),
+        (&[(9, 2)], "step 1 of its collapse order"),
+        (&[(10, 1)], "step 0 of its collapse order"),
+        (&[(8, 1)], "too many"),
+        (&[(8, 3)], "end too early"),
+        (&[(2, 0x80), (3, 0x7f)], "must be finite"),
+    ] {
+        let refused = with(changes).unwrap_err();
+        assert!(refused.contains(words), "{refused}");
     }
 }

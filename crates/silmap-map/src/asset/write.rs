@@ -5,7 +5,7 @@ use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
     TexturePart,
 };
-use super::{Asset, AssetError, EncodedImage, hull_mesh, paint, silhouettes};
+use super::{Asset, AssetError, EncodedImage, hull_mesh, order, paint, silhouettes};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///
@@ -61,6 +61,12 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             options: record.options.clone(),
             captured_views: record.captured_views,
             error_curve_view: buffers.push(&paint::encode_curve(&record.error_curve)?),
+            uniform_curve_view: match record.uniform_curve.as_slice() {
+                [] => None,
+                curve => Some(buffers.push(&paint::encode_curve(curve)?)),
+            },
+            collapse_order_view: order::encode(record, map.views.len())?
+                .map(|bytes| buffers.push(&bytes)),
         },
         map: MapPart {
             center: map.center.to_array(),

@@ -15,6 +15,13 @@ pub(super) struct Collapse {
     pub(super) onto: u32,
 }
 
+impl Collapse {
+    /// Along an edge, both ways.
+    pub(super) fn along([a, b]: [u32; 2]) -> [Self; 2] {
+        [(a, b), (b, a)].map(|(removed, onto)| Self { removed, onto })
+    }
+}
+
 /// Some triangles that others take the place of, with the same border.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Patch {
@@ -177,6 +184,16 @@ impl SimplifiedPolytope {
         both.filter(|[a, b]| a < b).collect()
     }
 
+    /// The edges of the triangles around `view`, each once, in a fixed order.
+    pub(super) fn edges_around(&self, view: u32) -> Vec<[u32; 2]> {
+        let corners = self.star(view).map(|(_, t)| t);
+        let sides = corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
     fn is_star_shaped(&self, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|v| self.arms[v as usize]);
         a.dot(b.cross(c)) > MIN_VOLUME_SHARE * a.length() * b.length() * c.length()
@@ -263,6 +280,7 @@ impl SimplifiedPolytope {
             }
             for v in new {
                 self.stars[v as usize].push(t);
+                self.versions[v as usize] += 1;
             }
             self.members[t as usize].clear();
         }
@@ -310,16 +328,7 @@ impl SimplifiedPolytope {
         let new = ring
             .into_iter()
             .filter(|&v| v != onto && before.binary_search(&v).is_err());
-        new.flat_map(|v| {
-            [
-                Collapse {
-                    removed: onto,
-                    onto: v,
-                },
-                Collapse { removed: v, onto },
-            ]
-        })
-        .collect()
+        new.flat_map(|v| Collapse::along([onto, v])).collect()
     }
 
     /// The views that are left, ascending, and the triangles over their new numbers, in a fixed order.

@@ -27,6 +27,15 @@ struct Tried {
     cost: f64,
 }
 
+/// An edge that was turned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TurnedEdge {
+    /// Its ends before.
+    pub(super) edge: [u32; 2],
+    /// Its ends now.
+    pub(super) now: [u32; 2],
+}
+
 impl Simplification<'_> {
     /// Lowers the error without changing the number of views.
     pub(super) fn refine(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
@@ -34,7 +43,8 @@ impl Simplification<'_> {
         monitor.start(Stage::Refine, (ROUNDS * kept.len()) as u64);
         for _ in 0..ROUNDS {
             let before = self.error_sum;
-            self.flip_edges(monitor)?;
+            monitor.check()?;
+            self.turn_edges(&self.polytope.edges());
             for view in self.polytope.kept() {
                 monitor.check()?;
                 self.replace(view);
@@ -44,19 +54,18 @@ impl Simplification<'_> {
                 break;
             }
         }
-        self.flip_edges(monitor)?;
+        self.turn_edges(&self.polytope.edges());
         monitor.finish(Stage::Refine);
         Ok(())
     }
 
-    /// Turns every edge that is better turned, the best first.
-    fn flip_edges(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
-        monitor.check()?;
-        let edges = self.polytope.edges();
+    /// Turns those of some edges that are better turned, the best first; says which, in the order in which it was done.
+    pub(super) fn turn_edges(&mut self, edges: &[[u32; 2]]) -> Vec<TurnedEdge> {
+        let mut turned = Vec::new();
         let mut gains: Vec<(f64, [u32; 2])> = self
-            .try_all(&edges, |work, &edge| work.polytope.flip(edge))
+            .try_all(edges, |work, &edge| work.polytope.flip(edge))
             .into_iter()
-            .zip(&edges)
+            .zip(edges)
             .filter_map(|(tried, &edge)| Some((tried?.cost, edge)))
             .filter(|(cost, _)| *cost < -LEAST_COST)
             .collect();
@@ -68,9 +77,14 @@ impl Simplification<'_> {
                 && tried.cost < -LEAST_COST
             {
                 self.apply_patch(&tried);
+                let [_, to, from] = tried.patch.new[0];
+                turned.push(TurnedEdge {
+                    edge,
+                    now: [from, to],
+                });
             }
         }
-        Ok(())
+        turned
     }
 
     /// Gives the place of `view` to the removed view beside it that lowers the error most.

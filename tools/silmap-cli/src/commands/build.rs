@@ -7,14 +7,15 @@ use anyhow::Context;
 use clap::error::ErrorKind;
 use serde::Serialize;
 use silmap_geometry::CoverageRule;
-use silmap_map::{Asset, asset};
+use silmap_map::{Asset, CapturedErrors, asset};
 use silmap_preprocess::capture::Backend;
+use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::mesh_io::Loaded;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
 
 use crate::args::{BackendArg, BuildArgs, CoverageArg, usage_error};
 use crate::commands::open_gpu;
-use crate::files::load_model;
+use crate::files::{load_model, read_asset};
 use crate::output::{self, OutputFile};
 use crate::progress::Progress;
 
@@ -31,7 +32,7 @@ struct BuildJson<'a> {
     warnings: Vec<String>,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct SecondsJson {
     load: f64,
     capture: f64,
@@ -54,15 +55,18 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let started = Instant::now();
     check_usage(args);
     let file = OutputFile::check(&args.out)?;
+    let Some(model_path) = &args.model else {
+        return run_from(args, file, started);
+    };
     if args.backend == BackendArg::Gpu {
         // So that a missing adapter is known before the work, and by its own exit code.
         open_gpu()?;
     }
-    let model = load_model(&args.model, args.mending)?;
+    let model = load_model(model_path, args.mending)?;
     let load = started.elapsed().as_secs_f64();
     let params = params_from_args(args, model.mesh.bounds().radius);
     let (asset, report) =
-        build_watched(&model, &params).with_context(|| args.model.display().to_string())?;
+        build_watched(&model, &params).with_context(|| model_path.display().to_string())?;
     let writing = Instant::now();
     let bytes = asset::write(&asset).with_context(|| args.out.display().to_string())?;
     file.write(&bytes)?;
@@ -77,12 +81,43 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         write: writing.elapsed().as_secs_f64(),
         total: started.elapsed().as_secs_f64(),
     };
-    tell(args, &model, &asset, &report, (bytes.len(), seconds))
+    let warnings = model.warnings.iter().chain(&report.warnings);
+    let warnings = warnings.map(ToString::to_string).collect();
+    tell(args, &asset, (bytes.len(), seconds), warnings)
+}
+
+/// Makes an asset with fewer views of one that is there.
+fn run_from(args: &BuildArgs, file: OutputFile, started: Instant) -> anyhow::Result<()> {
+    let goal = match (args.keep, args.max_error, &args.from) {
+        (Some(keep), _, Some(from)) => (ViewGoal::Keep(keep), from),
+        (_, Some(share), Some(from)) => (ViewGoal::MaxError(share.0), from),
+        _ => usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "--from needs --keep or --max-error",
+        ),
+    };
+    let (goal, from) = goal;
+    let (asset, _) = read_asset(from)?;
+    let load = started.elapsed().as_secs_f64();
+    let lowering = Instant::now();
+    let asset = keep_fewer_views(&asset, goal).with_context(|| from.display().to_string())?;
+    let map = lowering.elapsed().as_secs_f64();
+    let writing = Instant::now();
+    let bytes = asset::write(&asset).with_context(|| args.out.display().to_string())?;
+    file.write(&bytes)?;
+    let seconds = SecondsJson {
+        load,
+        map,
+        write: writing.elapsed().as_secs_f64(),
+        total: started.elapsed().as_secs_f64(),
+        ..SecondsJson::default()
+    };
+    tell(args, &asset, (bytes.len(), seconds), Vec::new())
 }
 
 /// Options that are wrong together.
 fn check_usage(args: &BuildArgs) {
-    if args.keep.is_some_and(|keep| keep > args.views) {
+    if args.from.is_none() && args.keep.is_some_and(|keep| keep > args.views) {
         usage_error(
             ErrorKind::ValueValidation,
             "--keep cannot be more than --views",
@@ -108,37 +143,40 @@ pub(crate) fn build_watched(
 
 fn tell(
     args: &BuildArgs,
-    model: &Loaded,
     asset: &Asset,
-    report: &BuildReport,
     (bytes, seconds): (usize, SecondsJson),
+    warnings: Vec<String>,
 ) -> anyhow::Result<()> {
+    let record = &asset.record;
+    let errors = record
+        .order
+        .as_ref()
+        .map_or_else(CapturedErrors::default, |o| o.errors);
     if !args.output.json {
         output::say(&format!(
             "{}: {} of {} views, {} hull faces, {bytes} bytes, {:.2} % misclassified on average, {:.1} s",
             args.out.display(),
             asset.map.views.len(),
-            report.views,
+            record.captured_views,
             asset.hull.faces.len(),
-            100.0 * report.map.misclassified_mean,
+            100.0 * errors.mean,
             seconds.total,
         ));
         return Ok(());
     }
-    let warnings = model.warnings.iter().chain(&report.warnings);
     output::print_json(&BuildJson {
         out: &args.out,
         bytes,
         seconds,
-        views: report.views,
+        views: record.captured_views,
         kept: asset.map.views.len(),
         hull_faces: asset.hull.faces.len(),
         volume_ratio: asset.hull.volume_ratio,
         error: ErrorJson {
-            misclassified_mean: report.map.misclassified_mean,
-            misclassified_max: report.map.misclassified_max,
+            misclassified_mean: errors.mean,
+            misclassified_max: errors.max,
         },
-        warnings: warnings.map(ToString::to_string).collect(),
+        warnings,
     })
 }
 

@@ -20,6 +20,12 @@ struct Inspection<'a> {
     /// Views kept and mean share of misclassified pixels, as the map was simplified.
     #[serde(skip_serializing_if = "Option::is_none")]
     error_curve: Option<&'a [(u32, f64)]>,
+    /// The same for the views that `build --from` can go down to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order_curve: Option<Vec<(u32, f64)>>,
+    /// The same for maps of evenly spread views.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    uniform_curve: Option<&'a [(u32, f64)]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     views: Option<Vec<ViewJson>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -44,6 +50,8 @@ struct MapJson {
     contour_vertices_max: usize,
     has_depth: bool,
     bytes: u64,
+    /// Fewest views that `build --from` can go down to; null when the file has no collapse order.
+    fewest_views: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -101,6 +109,8 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
             contour_vertices_max: counts.iter().copied().max().unwrap_or(0),
             has_depth: map.has_depth(),
             bytes: sizes.map,
+            fewest_views: (record.order.as_ref())
+                .map(|order| map.views.len().saturating_sub(order.steps.len())),
         },
         hull: HullJson {
             faces: asset.hull.faces.len(),
@@ -122,6 +132,10 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
         generator: &record.generator,
         options: &record.options,
         error_curve: full.then_some(&record.error_curve),
+        order_curve: (record.order.as_ref())
+            .filter(|_| full)
+            .map(|order| order.curve(map.views.len() as u32)),
+        uniform_curve: full.then_some(&record.uniform_curve),
         views: full.then(|| {
             map.views
                 .iter()
@@ -142,6 +156,7 @@ fn describe(i: &Inspection<'_>) -> String {
     let mut text = format!(
         "model     {}: {} faces, {} vertices, center {x:.5},{y:.5},{z:.5}, radius {:.5}\n\
          map       {} views, {} triangles, captured at {}², {:.0} contour vertices a view (most {}), {} bytes\n\
+         order     {}\n\
          hull      {} faces, {} vertices, {:.4} times the model's volume, {} bytes\n\
          textures  {} views of {}², {} bytes\n\
          file      {} bytes, format {}, made by {} with {}\n",
@@ -155,6 +170,10 @@ fn describe(i: &Inspection<'_>) -> String {
         i.map.contour_vertices_mean,
         i.map.contour_vertices_max,
         i.map.bytes,
+        match i.map.fewest_views {
+            Some(fewest) => format!("views can be removed down to {fewest} (build --from)"),
+            None => "none: views cannot be removed without the model".to_owned(),
+        },
         i.hull.faces,
         i.hull.vertices,
         i.hull.volume_ratio,
@@ -177,11 +196,19 @@ fn describe(i: &Inspection<'_>) -> String {
     for (k, [a, b, c]) in i.triangles.into_iter().flatten().enumerate() {
         text.push_str(&format!("triangle {k}  {a} {b} {c}\n"));
     }
-    for (views, share) in i.error_curve.into_iter().flatten() {
-        text.push_str(&format!(
-            "with {views} views  {:.4} % of the pixels are misclassified\n",
-            100.0 * share
-        ));
+    let order_curve = i.order_curve.as_deref();
+    for (what, curve) in [
+        ("views", i.error_curve),
+        // The first is the map as it is, which the curve before ends with.
+        ("views", order_curve.and_then(|curve| curve.get(1..))),
+        ("evenly spread views", i.uniform_curve),
+    ] {
+        for (views, share) in curve.into_iter().flatten() {
+            text.push_str(&format!(
+                "with {views} {what}  {:.4} % of the pixels are misclassified\n",
+                100.0 * share
+            ));
+        }
     }
     text
 }

@@ -1,0 +1,72 @@
+//! How the chosen map can lose further views: the collapses go on, and are only noted.
+//!
+//! Source: Silhouette Mapping, section 6: the collapse order is stored, so that any number of views can be had.
+//! Deviation: it begins at the views that are left after they were moved, and after each collapse the edges around it are
+//! turned where that lowers the error; both are noted, so that replaying needs no captured view.
+
+use silmap_map::{CollapseOrder, CollapseStep};
+
+use super::Simplification;
+use super::polytope::Collapse;
+use crate::progress::{Interrupted, Monitor, Stage};
+
+/// Views that are predicted to estimate what a collapse costs. The fewer views are left, the more removed ones lie around
+/// each, and the order would take as long as all that went before; what a step leaves is always measured at all of them.
+const ORDER_PROBES: usize = 12;
+
+impl Simplification<'_> {
+    /// Collapses down to the smallest polytope. Views are numbered in their order among those that are left now.
+    pub(super) fn order(&mut self, monitor: &Monitor<'_>) -> Result<CollapseOrder, Interrupted> {
+        let kept = self.polytope.kept();
+        let number = |v: u32| kept.partition_point(|&k| k < v) as u32;
+        monitor.start(Stage::Order, kept.len() as u64);
+        let mut order = CollapseOrder {
+            errors: self.captured_errors(),
+            steps: Vec::with_capacity(kept.len()),
+        };
+        self.restart(monitor)?;
+        while let Some(step) = self.next_step(monitor)? {
+            order.steps.push(CollapseStep {
+                removed: number(step.removed),
+                onto: number(step.onto),
+                turned: step.turned.iter().map(|edge| edge.map(number)).collect(),
+                errors: step.errors,
+            });
+            monitor.advance(Stage::Order, 1);
+        }
+        monitor.finish(Stage::Order);
+        Ok(order)
+    }
+
+    /// Evaluates all collapses anew: views were moved, and what is in the heap was true before.
+    pub(super) fn restart(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
+        self.heap.clear();
+        self.probes = ORDER_PROBES;
+        self.evaluate_all(monitor)
+    }
+
+    /// One view less, and the edges around it turned; `None` when no view can go. Views have the numbers of the dense map.
+    pub(super) fn next_step(
+        &mut self,
+        monitor: &Monitor<'_>,
+    ) -> Result<Option<CollapseStep>, Interrupted> {
+        let Collapse { removed, onto } = loop {
+            monitor.check()?;
+            let Some(candidate) = self.next_collapse(monitor)? else {
+                return Ok(None);
+            };
+            if self.apply(candidate.collapse) {
+                break candidate.collapse;
+            }
+        };
+        let turned = self.turn_edges(&self.polytope.edges_around(onto));
+        let fresh = turned.iter().flat_map(|t| Collapse::along(t.now));
+        self.evaluate(&fresh.collect::<Vec<_>>());
+        Ok(Some(CollapseStep {
+            removed,
+            onto,
+            turned: turned.iter().map(|t| t.edge).collect(),
+            errors: self.captured_errors(),
+        }))
+    }
+}

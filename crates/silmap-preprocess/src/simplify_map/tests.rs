@@ -1,0 +1,245 @@
+//! Simplified maps of a small torus: what must hold after every change of the polytope, and what the stored order gives.
+
+use super::*;
+use crate::capture::{CaptureParams, capture, view_sphere};
+use crate::dense_map::{self, DenseMapParams};
+use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
+use crate::trace::trace_contours;
+use silmap_geometry::{ClosedMesh, CoverageRule};
+use silmap_map::{CapturedView, ViewContour};
+
+fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
+    let mesh = ClosedMesh::try_from(crate::models::torus(1024)).unwrap();
+    let bounds = *mesh.bounds();
+    let side = 96;
+    let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();
+    let masks = capture(
+        &mesh,
+        &cameras,
+        &CaptureParams::default(),
+        &Monitor::silent(),
+    )
+    .unwrap();
+    let views = cameras
+        .iter()
+        .zip(&masks)
+        .map(|(&camera, mask)| {
+            let loops = simplify_contours(&trace_contours(mask), &SimplifyContourParams::default());
+            let contours = loops.into_iter().map(|points| ViewContour {
+                points,
+                depths: Vec::new(),
+            });
+            CapturedView {
+                camera,
+                contours: contours.collect(),
+            }
+        })
+        .collect();
+    let params = DenseMapParams {
+        center: bounds.center,
+        radius: bounds.radius,
+        resolution_px: side,
+        tolerance_px: 0.5,
+        coverage: CoverageRule::Center,
+    };
+    (dense_map::build(views, &params).unwrap(), masks)
+}
+
+#[test]
+fn every_collapse_leaves_a_star_shaped_polytope_and_true_errors() {
+    let (dense, masks) = torus_map(60);
+    let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
+    work.evaluate_all(&Monitor::silent()).unwrap();
+    while let Some(candidate) = work.cheapest_collapse() {
+        let before = work.error_sum;
+        work.apply(candidate.collapse);
+        work.polytope.check();
+        assert!(
+            (work.error_sum - before - candidate.cost).abs() < 1e-9,
+            "a cost was not kept"
+        );
+        let sum: f64 = work.errors.iter().sum();
+        assert!((work.error_sum - sum).abs() < 1e-9);
+    }
+    assert!(
+        work.polytope.view_count() <= 12,
+        "stalled at {}",
+        work.polytope.view_count()
+    );
+    assert!(work.error_sum > 0.0);
+}
+
+#[test]
+fn moving_views_lowers_the_error_and_leaves_a_polytope() {
+    let (dense, masks) = torus_map(80);
+    let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
+    work.evaluate_all(&Monitor::silent()).unwrap();
+    while work.polytope.view_count() > 24 {
+        let candidate = work.cheapest_collapse().unwrap();
+        work.apply(candidate.collapse);
+    }
+    let before = work.error_sum;
+    work.refine(&Monitor::silent()).unwrap();
+    work.polytope.check();
+    assert_eq!(work.polytope.view_count(), 24);
+    assert!(
+        work.error_sum < before,
+        "{before} stayed {}",
+        work.error_sum
+    );
+    // The sum that was kept up to date is that of fresh predictions from the polytope as it is.
+    let (kept, triangles) = work.polytope.compact();
+    let triangles: Vec<[u32; 3]> = triangles
+        .iter()
+        .map(|t| t.map(|v| kept[v as usize]))
+        .collect();
+    let mut scratch = work.predictor.scratch();
+    let fresh: f64 = (0..80)
+        .filter(|v| !kept.contains(v))
+        .map(|v| {
+            let known = HashMap::new();
+            work.predictor
+                .predict(v, &triangles, &known, &mut scratch)
+                .unwrap()
+                .error
+        })
+        .sum();
+    assert!(
+        (fresh - work.error_sum).abs() < 1e-9,
+        "{fresh} is not {}",
+        work.error_sum
+    );
+}
+
+#[test]
+fn the_curve_ends_where_it_was_told_to() {
+    let (dense, masks) = torus_map(60);
+    let monitor = Monitor::silent();
+    let keep = SimplifyMapParams {
+        keep: 20,
+        ..SimplifyMapParams::default()
+    };
+    let (map, report) = simplify(&dense, &masks, &keep, &monitor).unwrap();
+    assert_eq!(
+        (map.views.len(), report.kept.len(), report.curve.len()),
+        (20, 20, 40)
+    );
+    assert_eq!(map.triangles.len(), 36);
+    let at_30 = report
+        .curve
+        .iter()
+        .find(|(views, _)| *views == 30)
+        .unwrap()
+        .1;
+    let limit = SimplifyMapParams {
+        max_error: Some(at_30),
+        ..keep
+    };
+    let (map, report) = simplify(&dense, &masks, &limit, &monitor).unwrap();
+    assert!(report.order.errors.mean <= at_30 && map.views.len() <= 30);
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let (dense, masks) = torus_map(48);
+    let params = SimplifyMapParams {
+        keep: 16,
+        ..SimplifyMapParams::default()
+    };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| simplify(&dense, &masks, &params, &Monitor::silent()).unwrap())
+    };
+    assert_eq!(run(1), run(3));
+}
+
+#[test]
+fn a_map_without_its_masks_is_refused() {
+    let (dense, masks) = torus_map(12);
+    let made = simplify(
+        &dense,
+        &masks[1..],
+        &SimplifyMapParams::default(),
+        &Monitor::silent(),
+    );
+    assert_eq!(
+        made.err(),
+        Some(SimplifyMapError::MaskCount {
+            views: 12,
+            masks: 11
+        })
+    );
+}
+
+/// A torus's map of 24 views and what simplifying reported.
+fn small_torus() -> (SilhouetteMap, SimplifyMapReport, (SilhouetteMap, Vec<Mask>)) {
+    let (dense, masks) = torus_map(80);
+    let params = SimplifyMapParams {
+        keep: 24,
+        ..SimplifyMapParams::default()
+    };
+    let (map, report) = simplify(&dense, &masks, &params, &Monitor::silent()).unwrap();
+    (map, report, (dense, masks))
+}
+
+#[test]
+fn replaying_the_order_gives_the_maps_it_was_noted_for() {
+    let (map, report, (dense, masks)) = small_torus();
+    // The same once more, but stopped after each step.
+    let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
+    work.evaluate_all(&Monitor::silent()).unwrap();
+    for _ in 24..80 {
+        let candidate = work.cheapest_collapse().unwrap();
+        work.apply(candidate.collapse);
+    }
+    work.refine(&Monitor::silent()).unwrap();
+    work.restart(&Monitor::silent()).unwrap();
+    let steps = &report.order.steps;
+    assert!(steps.len() >= 12, "{} steps", steps.len());
+    assert!(steps.iter().any(|s| !s.turned.is_empty()), "no edge turned");
+    for done in 0..=steps.len() {
+        let (smaller, kept) = replay(&map, &steps[..done]).unwrap();
+        assert_eq!(smaller, work.chosen_map(), "after {done} steps");
+        assert_eq!((smaller.views.len(), kept.len()), (24 - done, 24 - done));
+        silmap_map::Polytope::new(&smaller).unwrap();
+        work.next_step(&Monitor::silent()).unwrap();
+    }
+    // And the very last map loses no further view.
+    assert!(work.next_step(&Monitor::silent()).unwrap().is_none());
+}
+
+#[test]
+fn an_order_that_does_not_fit_is_refused() {
+    let (map, report, _) = small_torus();
+    let steps = &report.order.steps;
+    assert!(replay(&map, steps).is_ok());
+    type Break = fn(&mut silmap_map::CollapseStep, u32);
+    let breaks: [Break; 5] = [
+        |s, _| s.removed = 24,
+        |s, _| s.onto = 1000,
+        |s, _| s.onto = s.removed,
+        |s, stranger| s.onto = stranger,
+        |s, _| s.turned.push([0, 99]),
+    ];
+    let removed = steps[0].removed;
+    let is_beside = |v: u32| {
+        let mut triangles = map.triangles.iter();
+        triangles.any(|t| t.contains(&v) && t.contains(&removed))
+    };
+    let stranger = (0..24).find(|&v| !is_beside(v)).unwrap();
+    for break_it in breaks {
+        let mut steps = steps.clone();
+        break_it(&mut steps[0], stranger);
+        let refused = replay(&map, &steps).unwrap_err();
+        assert!(
+            matches!(
+                refused,
+                ReplayError::Collapse { step: 0, .. } | ReplayError::Edge { step: 0, .. }
+            ),
+            "{refused}"
+        );
+    }
+}
