@@ -13,6 +13,7 @@ use silmap_preprocess::evaluate::{
     Comparison, EvaluateError, EvaluateParams, Place, ViewpointError, evaluate, evaluate_at,
     spread_viewpoints, summarise,
 };
+use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_report::{
     Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
     PolytopeLevel, Report, WorstView,
@@ -90,7 +91,7 @@ pub(crate) fn measure<'a>(
         bytes: byte_rows(&asset::sizes(bytes)?),
         seconds: Vec::new(),
         rows: Vec::new(),
-        uniform_curve: None,
+        uniform_curve: Some(asset.record.uniform_curve.clone()).filter(|curve| !curve.is_empty()),
         polytopes: polytopes(asset),
         places,
         directions,
@@ -303,7 +304,10 @@ fn view_distance(map: &SilhouetteMap) -> f64 {
         .map_or(3.0 * map.radius, |v| v.camera.eye.distance(map.center))
 }
 
-/// The polytope as it was captured and as it is now.
+/// View counts that are half and a quarter of what is kept: the polytope changes its looks with such steps.
+const COARSER: [usize; 2] = [2, 4];
+
+/// The polytope as it was captured, as it is now, and as it would be with fewer views where the asset says which can go.
 fn polytopes(asset: &Asset) -> Vec<PolytopeLevel> {
     let map = &asset.map;
     let captured = asset.record.captured_views;
@@ -322,6 +326,16 @@ fn polytopes(asset: &Asset) -> Vec<PolytopeLevel> {
         eyes: map.views.iter().map(|v| v.camera.eye).collect(),
         triangles: map.triangles.clone(),
     });
+    for part in COARSER {
+        let goal = ViewGoal::Keep((map.views.len() / part) as u32);
+        if let Ok(coarser) = keep_fewer_views(asset, goal) {
+            levels.push(PolytopeLevel {
+                label: format!("{} views", coarser.map.views.len()),
+                eyes: coarser.map.views.iter().map(|v| v.camera.eye).collect(),
+                triangles: coarser.map.triangles,
+            });
+        }
+    }
     levels
 }
 
