@@ -258,8 +258,8 @@ impl SimplifiedPolytope {
                 .all(|&v| self.is_rectifiable(other, v));
         let mut views = self.members_of(&old);
         views.retain(|&v| v != other);
-        views.push(view);
-        views.sort_unstable();
+        // First, because its error grows most: it was none.
+        views.insert(0, view);
         is_allowed.then_some(Patch {
             old,
             new,

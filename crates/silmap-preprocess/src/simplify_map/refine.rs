@@ -23,7 +23,9 @@ const LEAST_COST: f64 = 1e-9;
 /// A patch and what it would change.
 struct Tried {
     patch: Patch,
+    /// Of all its views, or of the first when these are already worse than all were.
     predictions: Vec<Prediction>,
+    /// Infinite when no more is known than that nothing is gained.
     cost: f64,
 }
 
@@ -112,20 +114,26 @@ impl Simplification<'_> {
                 || work.predictor.scratch(),
                 |scratch, item| {
                     let patch = patch(work, item)?;
+                    let error = |view: u32| work.errors[view as usize];
+                    let views = patch.views.iter().copied();
+                    let before: f64 = views.clone().chain(patch.kept).map(error).sum();
                     let mut predictions = Vec::with_capacity(patch.views.len());
-                    for &view in &patch.views {
-                        predictions.push(work.predictor.predict(
-                            view,
-                            &patch.new,
-                            &work.known,
-                            scratch,
-                        )?);
+                    let mut after = 0.0;
+                    for view in views {
+                        let p = (work.predictor).predict(view, &patch.new, &work.known, scratch)?;
+                        after += p.error;
+                        predictions.push(p);
+                        // Errors only add up.
+                        if after > before {
+                            break;
+                        }
                     }
-                    let change = predictions
-                        .iter()
-                        .map(|p| p.error - work.errors[p.view as usize]);
-                    let gained = patch.kept.map_or(0.0, |v| work.errors[v as usize]);
-                    let cost = change.sum::<f64>() - gained;
+                    let is_whole = predictions.len() == patch.views.len();
+                    let cost = if is_whole {
+                        after - before
+                    } else {
+                        f64::INFINITY
+                    };
                     Some(Tried {
                         patch,
                         predictions,
