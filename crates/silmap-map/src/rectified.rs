@@ -11,9 +11,9 @@ use crate::loops::DeepLoops;
 use crate::span::{Limit, Parallax};
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
-/// Turns of a contour by less height than this are levelled: about half a pixel of a 512² capture, as far as contours are
+/// Turns of a contour by less height than this are levelled: a third of a pixel of a 512² capture, less than contours are
 /// simplified. It keeps stretches along the scanlines from falling apart into chains.
-pub(crate) const TURN_TANGENT: f64 = 8e-4;
+pub(crate) const TURN_TANGENT: f64 = 5e-4;
 
 /// A silhouette seen from somewhere, with the map from its coordinates to rays.
 #[derive(Clone, Copy, Debug)]

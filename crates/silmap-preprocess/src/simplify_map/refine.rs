@@ -16,7 +16,7 @@ const ROUNDS: usize = 4;
 /// A round that lowers the error by a smaller share is the last.
 const LEAST_GAIN: f64 = 0.005;
 /// Removed views that are tried in the place of a kept one: those nearest to the middle of its triangles.
-const REPLACEMENTS: usize = 6;
+const REPLACEMENTS: usize = 8;
 /// Changes that gain less than this, as a share of one view's inside, are rounding.
 const LEAST_COST: f64 = 1e-9;
 
