@@ -185,6 +185,8 @@ struct Simplification<'a> {
     /// Views around a removed one that are predicted to find out what a collapse costs; with fewer than there are, the cost is
     /// an estimate.
     probes: usize,
+    /// Collapses that an estimate allowed and that were not allowed after all, as the polytope is now: they must not come back.
+    refused: Vec<Collapse>,
     report: SimplifyMapReport,
 }
 
@@ -198,6 +200,7 @@ impl<'a> Simplification<'a> {
             heap: BinaryHeap::new(),
             known: HashMap::new(),
             probes: usize::MAX,
+            refused: Vec::new(),
             report: SimplifyMapReport::default(),
         }
     }
@@ -216,6 +219,7 @@ impl<'a> Simplification<'a> {
     fn evaluate(&mut self, collapses: &[Collapse]) {
         let evaluated: Vec<Option<(Candidate, Vec<Prediction>)>> = collapses
             .par_iter()
+            .filter(|collapse| !self.refused.contains(collapse))
             .map_init(
                 || self.predictor.scratch(),
                 |scratch, &collapse| self.probe(collapse, scratch),
@@ -325,8 +329,10 @@ impl<'a> Simplification<'a> {
             )
             .collect();
         let Some(predictions) = predicted else {
+            self.refused.push(collapse);
             return false;
         };
+        self.refused.clear();
         let predictions = predictions.concat();
         for p in &predictions {
             self.error_sum += p.error - self.errors[p.view as usize];

@@ -211,6 +211,26 @@ fn replaying_the_order_gives_the_maps_it_was_noted_for() {
     assert!(work.next_step(&Monitor::silent()).unwrap().is_none());
 }
 
+/// An estimate from some views may allow what all views do not: taken up again and again, the order would never end.
+#[test]
+fn refused_collapses_do_not_come_back() {
+    let (dense, masks) = torus_map(40);
+    let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
+    let all: Vec<Collapse> = work.polytope.collapses().collect();
+    let is_allowed = |c: &&Collapse| work.polytope.triangles_after(**c).is_some();
+    let allowed = *all.iter().find(is_allowed).unwrap();
+    work.refused = all.into_iter().filter(|c| *c != allowed).collect();
+    work.restart(&Monitor::silent()).unwrap();
+    let only = work.next_collapse(&Monitor::silent()).unwrap().unwrap();
+    assert_eq!(only.collapse, allowed);
+    work.refused.push(allowed);
+    let none = work.next_collapse(&Monitor::silent()).unwrap();
+    assert_eq!(none.map(|c| c.collapse), None);
+    // A polytope that has changed may allow them again.
+    assert!(work.apply(allowed));
+    assert!(work.next_collapse(&Monitor::silent()).unwrap().is_some());
+}
+
 #[test]
 fn an_order_that_does_not_fit_is_refused() {
     let (map, report, _) = small_torus();
