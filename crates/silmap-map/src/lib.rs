@@ -6,11 +6,11 @@
 pub mod asset;
 mod chains;
 mod clique;
+mod combine;
 mod connect;
 pub mod epipolar;
 mod follow;
 pub mod interpolate;
-mod intersect;
 mod linear;
 mod loops;
 pub mod polytope;

@@ -158,7 +158,7 @@ mod tests {
         let to_eye = eye - middle;
         let share = radius / to_eye.length();
         let along = to_eye.normalize_or_zero();
-        middle + radius * (along * share + along.perp() * (1.0 - share * share).sqrt())
+        middle + radius * (along * share - along.perp() * (1.0 - share * share).sqrt())
     }
 
     proptest! {
