@@ -7,10 +7,9 @@ use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 use super::*;
 use crate::models;
 
-/// Two levels may touch within rounding; in radii. Faces that touch cross by the rounding of where they
-/// meet: 3e-10 has been seen on heaps of cubes, and 1e-6 is promised.
+/// Two levels may touch within rounding; in radii.
 const TOUCHING: VerifyParams = VerifyParams {
-    tolerance_rel: 1e-9,
+    tolerance_rel: 1e-12,
     samples: 100,
 };
 
