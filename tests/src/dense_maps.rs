@@ -4,7 +4,7 @@ use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 use silmap_preprocess::Monitor;
-use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
+use silmap_preprocess::capture::{CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
@@ -39,7 +39,8 @@ pub fn dense(
         .zip(&masks)
         .map(|(&camera, mask)| {
             let loops = simplify_contours(&trace_contours(mask), &contour_params);
-            let depths = tangent_depths(&tree, &bounds, &camera, &loops);
+            let outward_only = contour_params.outward_only;
+            let (loops, depths) = deep_contours(&tree, &bounds, &camera, &loops, outward_only);
             let contours = loops
                 .into_iter()
                 .zip(depths)

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour, outline};
-use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
+use silmap_preprocess::capture::{CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
@@ -86,7 +86,7 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
     };
     let views = cameras.iter().zip(&masks).map(|(&camera, mask)| {
         let loops = simplify_contours(&trace_contours(mask), &params);
-        let depths = tangent_depths(&tree, &moved_bounds, &camera, &loops);
+        let (loops, depths) = deep_contours(&tree, &moved_bounds, &camera, &loops, false);
         let contours = loops.into_iter().zip(depths);
         CapturedView {
             camera,

@@ -15,7 +15,7 @@ use silmap_map::{
 };
 use thiserror::Error;
 
-use crate::capture::{CaptureError, CaptureParams, capture, tangent_depths, view_sphere};
+use crate::capture::{CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
 use crate::hull::{self, HullError, HullParams};
 use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
@@ -217,7 +217,9 @@ fn captured_views(
             if loops.is_empty() {
                 return Err(BuildError::NothingSeen { view: view as u32 });
             }
-            let depths = tangent_depths(tree, model.bounds(), &camera, &loops);
+            let outward_only = simplification.outward_only;
+            let (loops, depths) =
+                deep_contours(tree, model.bounds(), &camera, &loops, outward_only);
             let contours = (loops.into_iter().zip(depths))
                 .map(|(points, depths)| ViewContour { points, depths })
                 .collect();

@@ -35,11 +35,7 @@ pub fn tangent_depths(
     camera: &Camera,
     loops: &[Loop],
 ) -> Vec<Vec<f64>> {
-    let probe = Probe {
-        bvh,
-        camera,
-        same_hit: SAME_HIT_REL * bounds.radius,
-    };
+    let probe = Probe::new(bvh, bounds, camera);
     loops
         .iter()
         .map(|points| {
@@ -87,13 +83,23 @@ fn fill_gaps(points: &Loop, found: &[Option<f64>], otherwise: f64) -> Vec<f64> {
         .collect()
 }
 
-struct Probe<'a> {
+/// Looks for the edge of an object along rays of a camera.
+pub(super) struct Probe<'a> {
     bvh: &'a Bvh,
     camera: &'a Camera,
     same_hit: f64,
 }
 
-impl Probe<'_> {
+impl<'a> Probe<'a> {
+    /// Of the object in `bvh`, with its bounds, as `camera` sees it.
+    pub(super) fn new(bvh: &'a Bvh, bounds: &Bounds, camera: &'a Camera) -> Self {
+        Self {
+            bvh,
+            camera,
+            same_hit: SAME_HIT_REL * bounds.radius,
+        }
+    }
+
     fn hits(&self, p: DVec2) -> bool {
         let direction = self.camera.direction_from_image(p);
         self.bvh
@@ -102,7 +108,7 @@ impl Probe<'_> {
     }
 
     /// Depth at the object's edge near `vertex`; `None` when the object is nowhere near.
-    fn depth_at(&self, vertex: DVec2, inward: DVec2) -> Option<f64> {
+    pub(super) fn depth_at(&self, vertex: DVec2, inward: DVec2) -> Option<f64> {
         let (mut hit, mut miss) = self.bracket(vertex, inward)?;
         if let Some(miss) = &mut miss {
             for _ in 0..HALVINGS {

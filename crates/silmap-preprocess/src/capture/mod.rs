@@ -15,8 +15,10 @@ use crate::progress::{Interrupted, Monitor, Stage};
 pub mod cpu;
 mod depth;
 pub mod gpu;
+mod rim;
 
 pub use depth::tangent_depths;
+pub use rim::{LoopsWithDepths, deep_contours};
 
 /// Who draws the masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
