@@ -158,24 +158,6 @@ impl Mask {
         }
     }
 
-    /// Keeps what is set in at least two of this mask and two others.
-    ///
-    /// # Panics
-    /// When the sizes differ.
-    pub fn keep_majority(&mut self, [one, two]: [&Self; 2]) {
-        let size = (self.width, self.height);
-        for other in [one, two] {
-            assert_eq!(
-                size,
-                (other.width, other.height),
-                "masks of different sizes"
-            );
-        }
-        for ((a, b), c) in self.words.iter_mut().zip(&one.words).zip(&two.words) {
-            *a = (*a & (b | c)) | (b & c);
-        }
-    }
-
     fn zip<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (u64, u64)> + 'a {
         assert_eq!(
             (self.width, self.height),

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec4, Vec4Swizzles};
 
 use crate::loops::DeepLoops;
 use crate::side::{Interval, Side};
+use crate::tidy::cut_hairs;
 
 /// Points that add less than this to the line between those that are kept are dropped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,8 @@ pub(crate) struct Slack {
     pub line: f64,
     /// Difference in the third coordinate.
     pub depth: f64,
+    /// Width of hairs and slits that are cut off, in units of x and y.
+    pub hair: f64,
 }
 
 /// A run of points that is one side of some slabs. Left sides are walked upwards, right sides downwards.
@@ -260,6 +263,9 @@ impl Connector {
                 at = std::mem::replace(&mut side.next, NONE) as usize;
             }
             sleeve.finish(first);
+            if slack.hair > 0.0 {
+                cut_hairs(loops.open_loop(), first, slack.hair);
+            }
             loops.close();
         }
         self.clear();

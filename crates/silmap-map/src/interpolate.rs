@@ -5,16 +5,15 @@
 //! the plane through the center parallel to the triangle.
 //! Deviation: method [`Method::Hull`] does this in all three orders, with all pairs of intervals as far as they can meet in the
 //! bounding sphere, and intersects: each order is conservative, so the intersection is, and it depends on no nearest edge.
-//! [`Method::Tight`] keeps what at least two orders cover: all three agree on the triangle's edges and each is continuous inside,
-//! so the majority is continuous everywhere but where topology changes, and robust where one order meets such a change first.
+//! [`Method::Tight`] interpolates on two edges and then on a line between them: see `along_longest_edge`.
 
 use glam::{DMat3, DVec3};
 use silmap_geometry::{Camera, Loop};
 use thiserror::Error;
 
 use crate::SilhouetteMap;
-use crate::combine::{CombineScratch, is_speck};
 use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
+use crate::intersect::{IntersectScratch, is_speck};
 use crate::linear::{LinearScratch, Pairing};
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::polytope::{Location, Polytope, PolytopeError};
@@ -22,6 +21,7 @@ use crate::project::{Projection, Round, project_loops};
 use crate::rectified::{
     EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
 };
+use crate::tidy::{CrumbScratch, PieceCounts};
 
 /// How silhouettes are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,8 +30,8 @@ pub enum Method {
     Paper,
     /// All pairs of intervals in all three orders, intersected: conservative and tighter than any one order.
     Hull,
-    /// Ends joined by the arc that touches both views' rays where the object does, and linked by depth; what at least two of
-    /// the three orders cover. Needs contours with depths.
+    /// Ends joined by the arc that touches both views' rays where the object does, and linked by depth, along a line through the
+    /// eye from edge to edge. Needs contours with depths.
     #[default]
     Tight,
 }
@@ -71,16 +71,6 @@ impl Method {
     #[must_use]
     pub fn needs_depth(self) -> bool {
         self == Self::Tight
-    }
-
-    /// How many of the interpolated regions must cover what counts as inside.
-    #[must_use]
-    pub fn n_covering(self) -> u32 {
-        match self {
-            Self::Paper => 1,
-            Self::Tight => 2,
-            Self::Hull => 3,
-        }
     }
 }
 
@@ -152,8 +142,7 @@ pub struct Outline {
     pub triangle: u32,
     /// Weights of its three views.
     pub barycentric: [f64; 3],
-    /// Regions in pixels of the camera, of which [`Method::n_covering`] must cover what is inside: one for [`Method::Paper`], else
-    /// three. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
+    /// Regions in pixels of the camera, all of which cover what is inside: three for [`Method::Hull`], else one. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
     pub layers: Vec<Vec<Loop>>,
     simple: Vec<Loop>,
 }
@@ -173,7 +162,10 @@ pub struct Scratch {
     has_depth: bool,
     last_triangle: u32,
     triangle: TriangleInterpolator,
-    combine: CombineScratch,
+    intersect: IntersectScratch,
+    /// Of each view.
+    pieces: Vec<PieceCounts>,
+    crumbs: CrumbScratch,
     simple: FlatLoops,
 }
 
@@ -188,7 +180,9 @@ impl Scratch {
             has_depth: map.has_depth(),
             last_triangle: 0,
             triangle: TriangleInterpolator::default(),
-            combine: CombineScratch::default(),
+            intersect: IntersectScratch::default(),
+            pieces: map.views.iter().map(PieceCounts::of_view).collect(),
+            crumbs: CrumbScratch::default(),
             simple: FlatLoops::default(),
         })
     }
@@ -226,10 +220,12 @@ impl Scratch {
                 two: ids[j],
             })?;
         match layers {
-            [a, b, c] => {
-                let n_covering = how.method.n_covering();
-                self.combine
-                    .combine([a, b, c], n_covering, &mut self.simple);
+            [a, b, c] => self.intersect.intersect([a, b, c], &mut self.simple),
+            [region] if how.method == Method::Tight => {
+                let views = ids.map(|v| self.pieces[v as usize]);
+                let most = views.into_iter().fold(views[0], PieceCounts::max);
+                self.crumbs
+                    .leave_out_crumbs(region, most, is_speck, &mut self.simple);
             }
             _ => self.simple.assign(
                 layers
@@ -278,7 +274,7 @@ pub struct TriangleInterpolator {
     linear: LinearScratch,
     inner_pair: RectifiedPair,
     captured: DeepLoops,
-    edge: DeepLoops,
+    on_edges: [DeepLoops; 2],
     inner: DeepLoops,
     layers: [FlatLoops; 3],
 }
@@ -301,8 +297,8 @@ impl Between<'_> {
 }
 
 impl TriangleInterpolator {
-    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: the regions of which
-    /// [`Method::n_covering`] must cover what is inside. One interpolator serves one map: it keeps what it has prepared of it.
+    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: the regions which all cover what is
+    /// inside. One interpolator serves one map: it keeps what it has prepared of it.
     ///
     /// # Errors
     /// The two corners that cannot be rectified with each other.
@@ -338,13 +334,16 @@ impl TriangleInterpolator {
                 let to_camera = to_camera.after_frame(object_from_loops);
                 project_loops(&self.inner, &to_camera, &mut self.layers[0]);
             }
-            Method::Hull | Method::Tight => {
-                let pairing = match how.method {
-                    Method::Tight => Pairing::Tight,
-                    _ => Pairing::Within { radius: map.radius },
-                };
+            Method::Tight => {
+                let object_from_loops = self.along_longest_edge(&between, Pairing::Tight)?;
+                let to_camera = to_camera.after_frame(object_from_loops);
+                project_loops(&self.inner, &to_camera, &mut self.layers[0]);
+            }
+            Method::Hull => {
+                let radius = map.radius;
                 for last in 0..3 {
-                    let object_from_loops = self.two_steps(&between, last, pairing)?;
+                    let object_from_loops =
+                        self.two_steps(&between, last, Pairing::Within { radius })?;
                     let to_camera = to_camera.after_frame(object_from_loops);
                     project_loops(&self.inner, &to_camera, &mut self.layers[last]);
                 }
@@ -369,12 +368,12 @@ impl TriangleInterpolator {
         let (i, j) = ((last + 1) % 3, (last + 2) % 3);
         let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
-        let edge_frame = self.on_edge(between, (i, j), alpha, pairing)?;
+        let edge_frame = self.on_edge(0, between, (i, j), alpha, pairing)?;
         let view = &between.map.views[between.ids[last] as usize];
         assign_contours(&mut self.captured, view, between.map.bounding_sphere());
         let on_edge = Seen {
             eye: between.eye(i).lerp(between.eye(j), alpha),
-            loops: &self.edge,
+            loops: &self.on_edges[0],
             object_from_loops: object_from_epipolar(&edge_frame),
         };
         let captured = Seen {
@@ -392,10 +391,46 @@ impl TriangleInterpolator {
         Ok(object_from_epipolar(&frame))
     }
 
-    /// Interpolates between two corners into `self.edge`; returns the frame of the result. It is the same
+    /// Interpolates on the two shorter edges, to where the line through the eye along the longest one meets them, and then on
+    /// that line. The result is in `self.inner`; returns the matrix from its coordinates to rays.
+    ///
+    /// Source: beyond the paper; the side-to-side scheme of Barnhill, Birkhoff and Gordon, Smooth Interpolation in Triangles, 1973,
+    /// with silhouettes in the place of numbers. Deviation: one direction per triangle, not the mean of all three: it is continuous
+    /// within the triangle, and on each edge it is what that edge's own two views give, so that neighbours agree.
+    fn along_longest_edge(
+        &mut self,
+        between: &Between<'_>,
+        pairing: Pairing,
+    ) -> Result<DMat3, (usize, usize)> {
+        let length = |k: usize| between.eye((k + 1) % 3).distance(between.eye((k + 2) % 3));
+        let apex = (0..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
+        let (i, j) = ((apex + 1) % 3, (apex + 2) % 3);
+        let towards = between.weights[apex];
+        let frames = [
+            self.on_edge(0, between, (i, apex), towards, pairing)?,
+            self.on_edge(1, between, (j, apex), towards, pairing)?,
+        ];
+        let [one, two] = [(i, 0), (j, 1)].map(|(k, n)| Seen {
+            eye: between.eye(k).lerp(between.eye(apex), towards),
+            loops: &self.on_edges[n],
+            object_from_loops: object_from_epipolar(&frames[n]),
+        });
+        let center = between.map.center;
+        let frame = (self.inner_pair)
+            .assign((one, two), center, TURN_TANGENT)
+            .ok_or((i, j))?;
+        let (w_i, w_j) = (between.weights[i], between.weights[j]);
+        let alpha = w_j / (w_i + w_j);
+        self.linear
+            .interpolate(&self.inner_pair, alpha, pairing, &mut self.inner);
+        Ok(object_from_epipolar(&frame))
+    }
+
+    /// Interpolates between two corners into buffer `n` of `self.on_edges`; returns the frame of the result. It is the same
     /// whichever triangle the edge is seen as part of.
     fn on_edge(
         &mut self,
+        n: usize,
         between: &Between<'_>,
         (from, to): (usize, usize),
         alpha: f64,
@@ -410,7 +445,7 @@ impl TriangleInterpolator {
         let pair = self.edges.pair(between.map, views).ok_or((from, to))?;
         let frame = *pair.frame().ok_or((from, to))?;
         self.linear
-            .interpolate(pair, alpha, pairing, &mut self.edge);
+            .interpolate(pair, alpha, pairing, &mut self.on_edges[n]);
         Ok(frame)
     }
 }
@@ -449,7 +484,7 @@ fn projection(
 
 /// How many regions a method interpolates.
 fn n_layers(method: Method) -> usize {
-    if method == Method::Paper { 1 } else { 3 }
+    if method == Method::Hull { 3 } else { 1 }
 }
 
 /// The corner opposite to the edge nearest to the eye.

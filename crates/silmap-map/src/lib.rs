@@ -6,11 +6,11 @@
 pub mod asset;
 mod chains;
 mod clique;
-mod combine;
 mod connect;
 pub mod epipolar;
 mod follow;
 pub mod interpolate;
+mod intersect;
 mod linear;
 mod loops;
 pub mod polytope;
@@ -19,6 +19,7 @@ mod rectified;
 mod side;
 pub mod silhouette_map;
 mod span;
+mod tidy;
 mod tight;
 
 pub use asset::{

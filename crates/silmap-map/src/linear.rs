@@ -20,6 +20,9 @@ use crate::tight::{self, GapShifts, Homes, Linked, Origin, Rim};
 /// It keeps the vertices of both views from adding up along straight stretches.
 const SLACK_TANGENT: f64 = 2e-4;
 
+/// Hairs and slits of the tight rule are cut where they are narrower than this, about two pixels of a 512² capture.
+const HAIR_TANGENT: f64 = 3e-3;
+
 /// On parts of less height, about two pixels of a 512² capture, links are taken to be those half-way.
 const LOW_TANGENT: f64 = 3e-3;
 
@@ -103,6 +106,11 @@ impl LinearScratch {
             Slack {
                 line: slack * SLACK_TANGENT,
                 depth: slack * SLACK_DISPARITY,
+                hair: if pairing == Pairing::Tight {
+                    slack * HAIR_TANGENT
+                } else {
+                    0.0
+                },
             },
             output,
         );

@@ -135,6 +135,8 @@ pub(crate) enum Origin {
 /// Where the sides of an interpolated interval come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Linked {
+    /// The intervals that are linked: of the first and of the second view.
+    pair: (usize, usize),
     /// The left side.
     pub enter: Origin,
     /// The right side.
@@ -144,6 +146,7 @@ pub(crate) struct Linked {
 impl Linked {
     /// The only interval of one view with the only one of the other.
     pub(crate) const SINGLE: Self = Self {
+        pair: (0, 0),
         enter: Origin::Rim(0, 0),
         exit: Origin::Rim(0, 0),
     };
@@ -181,6 +184,7 @@ pub(crate) fn link(
                 (false, false) => Origin::Linear(a, b),
             };
             output.push(Linked {
+                pair: (a, b),
                 enter: origin(enters),
                 exit: origin(exits),
             });
@@ -196,20 +200,28 @@ fn find_gaps(links: &mut [Linked]) {
         let Some(right) = rest.first_mut() else {
             return;
         };
-        // The legs of one interval: neighbours of the second view directly before, those of the first somewhere before.
-        for left in done.iter_mut().rev() {
-            match (left.exit, right.enter) {
-                (Origin::Second(j), Origin::Second(other)) if j + 1 == other => {
+        // The leg before of the same interval: of the second view directly before, of the first somewhere before.
+        let (a, b) = right.pair;
+        match right.enter {
+            Origin::Second(other) => {
+                let before = done.last_mut().filter(|l| l.pair.0 == a);
+                if let Some(left) = before
+                    && let Origin::Second(j) = left.exit
+                {
                     left.exit = Origin::SecondGap(j, other);
                     right.enter = Origin::SecondGap(other, j);
                 }
-                (Origin::First(i), Origin::First(other)) if i + 1 == other => {
+            }
+            Origin::First(other) => {
+                let before = done.iter_mut().rev().find(|l| l.pair.1 == b);
+                if let Some(left) = before
+                    && let Origin::First(i) = left.exit
+                {
                     left.exit = Origin::FirstGap(i, other);
                     right.enter = Origin::FirstGap(other, i);
                 }
-                _ => continue,
             }
-            break;
+            _ => {}
         }
     }
 }

@@ -134,7 +134,7 @@ pub(crate) enum MethodArg {
     Paper,
     /// Every pair of spans, all three orders intersected: nothing of the model is cut away
     Hull,
-    /// Arcs between the touching points, linked by depth, and what two of three orders cover: the smallest error
+    /// Arcs between the touching points, linked by depth, from edge to edge: the smallest error
     Tight,
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Prediction {
 pub(super) struct PredictScratch {
     interpolator: TriangleInterpolator,
     predicted: Mask,
-    layers: [Mask; 2],
+    layer: Mask,
 }
 
 /// The original views and masks.
@@ -50,7 +50,7 @@ impl<'a> Predictor<'a> {
         PredictScratch {
             interpolator: TriangleInterpolator::default(),
             predicted: Mask::new(side, side),
-            layers: [Mask::new(side, side), Mask::new(side, side)],
+            layer: Mask::new(side, side),
         }
     }
 
@@ -89,12 +89,7 @@ impl<'a> Predictor<'a> {
             .interpolator
             .interpolate(self.map, ids, &location, camera, self.method.into())
             .ok()?;
-        fill_layers(
-            layers,
-            self.method,
-            &mut scratch.predicted,
-            &mut scratch.layers,
-        );
+        fill_layers(layers, &mut scratch.predicted, &mut scratch.layer);
         let truth = &self.masks[view as usize];
         let wrong = scratch.predicted.count_different(truth);
         Some(Prediction {
@@ -126,20 +121,12 @@ impl<'a> Predictor<'a> {
     }
 }
 
-/// Fills what enough regions cover for a method.
-fn fill_layers(layers: &[FlatLoops], method: Method, filled: &mut Mask, scratch: &mut [Mask; 2]) {
+/// Fills what all regions cover.
+fn fill_layers(layers: &[FlatLoops], filled: &mut Mask, scratch: &mut Mask) {
     fill_even_odd(layers[0].iter(), filled);
-    for (layer, mask) in layers[1..].iter().zip(scratch.iter_mut()) {
-        fill_even_odd(layer.iter(), mask);
-    }
-    let [one, two] = scratch;
-    match (layers.len(), method.n_covering()) {
-        (3, 2) => filled.keep_majority([one, two]),
-        (3, _) => {
-            filled.intersect(one);
-            filled.intersect(two);
-        }
-        _ => {}
+    for layer in &layers[1..] {
+        fill_even_odd(layer.iter(), scratch);
+        filled.intersect(scratch);
     }
 }
 

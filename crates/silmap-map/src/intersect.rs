@@ -1,9 +1,8 @@
-//! The part of the image that several regions share, or that most of them cover, as simple loops.
+//! The part of the image that three regions share, as simple loops.
 //!
 //! The three two-step orders of an eye each give a region. Conservative regions all hold the true silhouette, so their
-//! intersection does too; of tight ones, what at least two cover is robust where one is off. Both are the same whatever
-//! order comes first. The regions nearly coincide and have few crossings, which suits the slab sweep: within a slab every side
-//! is linear, and slabs are split where sides cross.
+//! intersection does too, and it is the same whatever order comes first. The regions nearly coincide and have few crossings,
+//! which suits the slab sweep: within a slab every side is linear, and slabs are split where sides cross.
 
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 
@@ -19,9 +18,9 @@ const SLACK_PX: f64 = 0.05;
 /// Loops of a smaller area, in square pixels, are specks that thinned-out sides leave where they cross.
 const SPECK_PX2: f64 = 0.05;
 
-/// Buffers for combining three regions.
+/// Buffers for intersecting three regions.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct CombineScratch {
+pub(crate) struct IntersectScratch {
     chains: [Chains; 3],
     walkers: [Walker; 3],
     intervals: [Vec<Interval>; 3],
@@ -40,15 +39,9 @@ struct End {
     is_enter: bool,
 }
 
-impl CombineScratch {
-    /// Writes the loops that bound what at least `n_covering` of the `regions` (each even-odd, without crossings) cover to
-    /// `output`.
-    pub(crate) fn combine(
-        &mut self,
-        regions: [&FlatLoops; 3],
-        n_covering: u32,
-        output: &mut FlatLoops,
-    ) {
+impl IntersectScratch {
+    /// Writes the loops that bound what all `regions` (each even-odd, without crossings) cover to `output`.
+    pub(crate) fn intersect(&mut self, regions: [&FlatLoops; 3], output: &mut FlatLoops) {
         for ((chains, walker), region) in
             (self.chains.iter_mut().zip(&mut self.walkers)).zip(regions)
         {
@@ -63,10 +56,11 @@ impl CombineScratch {
             walker.restart();
         }
         self.connector.clear();
-        self.sweep(n_covering);
+        self.sweep();
         let slack = Slack {
             line: SLACK_PX,
             depth: f64::INFINITY,
+            hair: 0.0,
         };
         self.connector.finish(slack, &mut self.loops);
         output.clear();
@@ -78,7 +72,7 @@ impl CombineScratch {
         }
     }
 
-    fn sweep(&mut self, n_covering: u32) {
+    fn sweep(&mut self) {
         let mut y = (self.chains.iter()).fold(f64::INFINITY, |y, c| y.min(c.first_y()));
         while y.is_finite() {
             let mut end = f64::INFINITY;
@@ -89,23 +83,22 @@ impl CombineScratch {
             if !end.is_finite() {
                 return;
             }
-            let n_present = self.walkers.iter().filter(|w| w.n_intervals() > 0).count();
-            if n_present >= n_covering as usize {
-                self.visit((y, end), n_covering);
+            if self.walkers.iter().all(|w| w.n_intervals() > 0) {
+                self.visit((y, end));
             }
             y = end;
         }
     }
 
-    /// Combines between two heights where no chain ends: side by side where the regions' intervals belong together one by
+    /// Intersects between two heights where no chain ends: side by side where the regions' intervals belong together one by
     /// one, and slab by slab where they do not.
-    fn visit(&mut self, (mut y, end): (f64, f64), n_covering: u32) {
+    fn visit(&mut self, (mut y, end): (f64, f64)) {
         while y < end {
             let mut bottom = end;
-            while !self.follow((y, bottom), n_covering) {
+            while !self.follow((y, bottom)) {
                 let middle = 0.5 * (y + bottom);
                 if self.count_vertices(bottom) < FEWEST_FOLLOWED || middle <= y {
-                    self.visit_slabs((y, bottom), n_covering);
+                    self.visit_slabs((y, bottom));
                     break;
                 }
                 bottom = middle;
@@ -120,8 +113,8 @@ impl CombineScratch {
         views.map(|(w, c)| w.count_vertices(c, y)).sum()
     }
 
-    /// Combines side by side; false, with nothing done, where intervals do not belong together one by one.
-    fn follow(&mut self, heights: (f64, f64), n_covering: u32) -> bool {
+    /// Intersects side by side; false, with nothing done, where intervals do not belong together one by one.
+    fn follow(&mut self, heights: (f64, f64)) -> bool {
         let [a, b, c] = &self.walkers;
         let n_sides = a.strands().len();
         if [b, c].iter().any(|w| w.strands().len() != n_sides) || !self.are_apart(heights.1) {
@@ -131,30 +124,15 @@ impl CombineScratch {
         self.side_ends.clear();
         let points = self.connector.points();
         let start = points.len();
-        if n_covering < 3 {
-            // Ranks say nothing unless all three overlap: the last left side must lie before the first right one.
-            for k in (0..n_sides).step_by(2) {
-                let strands = |k: usize| [a, b, c].map(|w| w.strands()[k]);
-                follow_rank(&self.chains, strands(k), heights, 2, points);
-                let middle = points.len();
-                follow_rank(&self.chains, strands(k + 1), heights, 0, points);
-                let is_apart = do_cross(&points[start..middle], &points[middle..]);
-                points.truncate(start);
-                if is_apart {
-                    return false;
-                }
-            }
-        }
         let mut from = start;
         for k in 0..n_sides {
             let strands = [a, b, c].map(|w| w.strands()[k]);
-            // What enough regions cover begins at the n-th of their left sides, and ends where too few are left.
-            let rank = if k % 2 == 0 {
-                n_covering - 1
+            // What all cover begins at the last of their left sides, and ends at the first of their right ones.
+            if k % 2 == 0 {
+                follow_last(&self.chains, strands, heights, 1.0, points);
             } else {
-                3 - n_covering
-            };
-            follow_rank(&self.chains, strands, heights, rank as usize, points);
+                follow_last(&self.chains, strands, heights, -1.0, points);
+            }
             let end = points.len();
             if let Some(&before) = self.side_ends.last()
                 && do_cross(&points[from..before], &points[before..end])
@@ -186,7 +164,7 @@ impl CombineScratch {
         })
     }
 
-    fn visit_slabs(&mut self, (mut y, end): (f64, f64), n_covering: u32) {
+    fn visit_slabs(&mut self, (mut y, end): (f64, f64)) {
         while y < end {
             let bottom = (self.walkers.iter()).fold(end, |least, w| least.min(w.next_vertex()));
             for ((walker, chains), intervals) in
@@ -195,12 +173,12 @@ impl CombineScratch {
                 walker.intervals((y, bottom), intervals);
                 walker.advance(chains, bottom);
             }
-            self.push_slab((y, bottom), n_covering);
+            self.push_slab((y, bottom));
             y = bottom;
         }
     }
 
-    fn push_slab(&mut self, (y_top, y_bottom): (f64, f64), n_covering: u32) {
+    fn push_slab(&mut self, (y_top, y_bottom): (f64, f64)) {
         self.ends.clear();
         for interval in self.intervals.iter().flatten() {
             for (side, is_enter) in [(interval.enter, true), (interval.exit, false)] {
@@ -219,28 +197,28 @@ impl CombineScratch {
                 Some(&share) => (share, y_top + (y_bottom - y_top) * share),
                 None => (1.0, y_bottom),
             };
-            self.cover(0.5 * (from + to), n_covering);
+            self.cover(0.5 * (from + to));
             self.connector
                 .push((y_from, y_to), &self.covered, (from, to));
             (from, y_from) = (to, y_to);
         }
     }
 
-    /// Writes the intervals that enough regions cover at a share of the slab.
-    fn cover(&mut self, share: f64, n_covering: u32) {
+    /// Writes the intervals that all regions cover at a share of the slab.
+    fn cover(&mut self, share: f64) {
         insertion_sort(&mut self.ends, |end| end.side.at(share));
         self.covered.clear();
         // Thinned-out loops may cross by the slack, so that a count may dip below none.
-        let (mut n_here, n_covering) = (0, i64::from(n_covering));
+        let mut n_here = 0;
         let mut enter = None;
         for end in &self.ends {
             if end.is_enter {
                 n_here += 1;
-                if n_here == n_covering {
+                if n_here == 3 {
                     enter = Some(end);
                 }
             } else {
-                if n_here == n_covering
+                if n_here == 3
                     && let Some(begun) = enter
                         .take()
                         .filter(|e: &&End| e.side.at(share) < end.side.at(share))
@@ -269,28 +247,27 @@ fn double_area(points: &[DVec2]) -> f64 {
     steps.map(|(a, b)| a.perp_dot(*b)).sum()
 }
 
-/// Appends the side that is, at each height, the one of three with the given rank from the left (0, 1 or 2) to `points`.
-fn follow_rank(
+/// Appends the side that is, at each height, the last of three in the direction of `sign` to `points`.
+fn follow_last(
     chains: &[Chains; 3],
     mut strands: [Strand; 3],
     (y_top, y_bottom): (f64, f64),
-    rank: usize,
+    sign: f64,
     points: &mut Vec<DVec4>,
 ) {
+    let last = |xs: &[f64; 3]| (xs[0] * sign).max(xs[1] * sign).max(xs[2] * sign) * sign;
     let mut y = y_top;
     let mut before: Option<([f64; 3], f64)> = None;
     loop {
-        let xs = strands.map(|s| s.at(y).x);
+        let xs = [0, 1, 2].map(|k: usize| strands[k].at(y).x);
         if let Some((old, y_old)) = before {
             for share in crossings(&old, &xs).into_iter().flatten() {
                 let mixed = [0, 1, 2].map(|k: usize| old[k] + (xs[k] - old[k]) * share);
-                let x = mixed[index_of_rank(&mixed, rank)];
                 let y = y_old + (y - y_old) * share;
-                points.push(DVec4::new(x, y, 0.0, 0.0));
+                points.push(DVec4::new(last(&mixed), y, 0.0, 0.0));
             }
         }
-        let at = index_of_rank(&xs, rank);
-        points.push(DVec4::new(xs[at], y, 0.0, 0.0));
+        points.push(DVec4::new(last(&xs), y, 0.0, 0.0));
         if y >= y_bottom {
             return;
         }
@@ -317,21 +294,6 @@ fn crossings(from: &[f64; 3], to: &[f64; 3]) -> [Option<f64>; 3] {
         shares.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     }
     shares
-}
-
-/// The place of the number with the given rank among three; of equal ones, the first.
-fn index_of_rank(xs: &[f64; 3], rank: usize) -> usize {
-    let is_before = |i: usize, j: usize| xs[i] < xs[j] || (xs[i] == xs[j] && i < j);
-    let [ab, ac, bc] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| is_before(i, j));
-    let rank_of_first = usize::from(!ab) + usize::from(!ac);
-    let rank_of_second = usize::from(ab) + usize::from(!bc);
-    if rank_of_first == rank {
-        0
-    } else if rank_of_second == rank {
-        1
-    } else {
-        2
-    }
 }
 
 /// The shares at which sides of different regions cross.
@@ -396,7 +358,7 @@ mod tests {
             });
             let mut output = FlatLoops::default();
             let [a, b, c] = &regions;
-            CombineScratch::default().combine([a, b, c], 3, &mut output);
+            IntersectScratch::default().intersect([a, b, c], &mut output);
             let (mut expected, mut filled, mut got) = (Mask::new(66, 66), Mask::new(66, 66), Mask::new(66, 66));
             fill_even_odd(&loops[..1], &mut expected);
             for l in &loops[1..] {
@@ -407,28 +369,6 @@ mod tests {
             prop_assert!(got.count_different(&expected) as f64 <= near_outlines(&loops), "{} differ", got.count_different(&expected));
             let area: f64 = output.iter().map(signed_area).sum();
             prop_assert!((area - expected.count() as f64).abs() < 140.0, "orientation or area is off: {area}");
-        }
-
-        /// What at least two cover is what the masks say.
-        #[test]
-        fn majority_fills_the_pixels_two_fill(loops in prop::array::uniform3(any_star())) {
-            let regions = loops.clone().map(|l| {
-                let mut flat = FlatLoops::default();
-                flat.assign([&l[..]]);
-                flat
-            });
-            let mut output = FlatLoops::default();
-            let [a, b, c] = &regions;
-            CombineScratch::default().combine([a, b, c], 2, &mut output);
-            let mut masks = [(); 3].map(|()| Mask::new(66, 66));
-            for (l, mask) in loops.iter().zip(&mut masks) {
-                fill_even_odd(std::slice::from_ref(l), mask);
-            }
-            let [mut expected, one, two] = masks;
-            expected.keep_majority([&one, &two]);
-            let mut got = Mask::new(66, 66);
-            fill_even_odd(output.iter(), &mut got);
-            prop_assert!(got.count_different(&expected) as f64 <= near_outlines(&loops), "{} differ", got.count_different(&expected));
         }
     }
 }
