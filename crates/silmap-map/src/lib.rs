@@ -26,8 +26,8 @@ pub use asset::{
     EncodedImage, TextureSet, TextureView,
 };
 pub use interpolate::{
-    InterpolateError, Interpolation, Method, Outline, Scratch, Transfer, TriangleInterpolator,
-    outline,
+    DETAIL_BOUND_PX, Detail, InterpolateError, Interpolation, Method, Outline, Scratch, Transfer,
+    TriangleInterpolator, outline,
 };
 pub use loops::{FlatLoops, Loops};
 pub use polytope::{Location, Polytope, PolytopeError};
