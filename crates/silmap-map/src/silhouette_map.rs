@@ -105,10 +105,9 @@ impl SilhouetteMap {
     /// pixels. Level 0 also where not even that is so near.
     #[must_use]
     pub fn level_for(&self, camera: &Camera, bound_px: f64) -> u8 {
-        let capture_px_per_px = self.capture_px_per_px(camera);
-        let fits = |level: &u8| {
-            self.tolerance_px * f64::from(1_u32 << level) <= bound_px * capture_px_per_px
-        };
+        // A picture of exactly so many pixels is on the near side, whatever the rounding.
+        let allowed_px = bound_px * self.capture_px_per_px(camera) * (1.0 + 1e-9);
+        let fits = |level: &u8| self.tolerance_px * f64::from(1_u32 << level) <= allowed_px;
         (1..=ViewContour::COARSEST_LEVEL).rfind(fits).unwrap_or(0)
     }
 
