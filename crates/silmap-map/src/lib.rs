@@ -19,6 +19,8 @@ mod rectified;
 mod side;
 pub mod silhouette_map;
 mod span;
+#[doc(hidden)]
+pub mod stages;
 mod tight;
 
 pub use asset::{
