@@ -44,7 +44,11 @@ pub fn dense(
             let contours = loops
                 .into_iter()
                 .zip(depths)
-                .map(|(points, depths)| ViewContour { points, depths });
+                .map(|(points, depths)| ViewContour {
+                    points,
+                    depths,
+                    ..ViewContour::default()
+                });
             CapturedView {
                 camera,
                 contours: contours.collect(),

@@ -223,6 +223,7 @@ fn map(mesh: &TriangleMesh, bounds: &Bounds) -> SilhouetteMap {
                 .map(|points| ViewContour {
                     points,
                     depths: Vec::new(),
+                    levels: Vec::new(),
                 })
                 .collect(),
         })

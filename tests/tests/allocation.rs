@@ -5,24 +5,29 @@ use glam::DVec3;
 use silmap_geometry::{Camera, CoverageRule};
 use silmap_map::{Method, Scratch};
 use silmap_preprocess::models;
+use silmap_preprocess::simplify_contour::add_levels;
 use silmap_tests::dense_maps::dense;
 
 #[test]
 fn a_warm_walk_allocates_nothing() {
-    let (map, _) = dense(
+    let (mut map, _) = dense(
         &models::trefoil_knot(2048),
         40,
         128,
         0.5,
         CoverageRule::Center,
     );
+    add_levels(&mut map);
+    // The size on the screen changes, and the contours' level of detail with it.
+    let sizes = [40, 64, 512];
     let cameras: Vec<Camera> = (0..60)
         .map(|k| {
             let turn = f64::from(k) * 0.1;
             let direction = DVec3::new(turn.cos(), 0.5 * (0.7 * turn).sin(), turn.sin());
             let distance = map.radius * (2.9 + 0.5 * (3.0 * turn).sin());
             let eye = map.center + direction.normalize_or_zero() * distance;
-            Camera::fit_sphere(eye, map.center, map.radius, None, (512, 512)).unwrap()
+            let size = sizes[k as usize / 7 % sizes.len()];
+            Camera::fit_sphere(eye, map.center, map.radius, None, (size, size)).unwrap()
         })
         .collect();
     for method in Method::ALL {

@@ -70,6 +70,9 @@ fn wobbly_contour(view: usize, distance: f64) -> ViewContour {
         depths: angles
             .map(|a| distance + steps(0.7 * (7.0 * a).cos(), DEPTH_STEPS_PER_RADIUS))
             .collect(),
+        levels: (0..CONTOUR_VERTICES)
+            .map(|k| (k.trailing_zeros() as u8).min(ViewContour::COARSEST_LEVEL))
+            .collect(),
     }
 }
 

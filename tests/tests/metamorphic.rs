@@ -91,7 +91,11 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
         CapturedView {
             camera,
             contours: contours
-                .map(|(points, depths)| ViewContour { points, depths })
+                .map(|(points, depths)| ViewContour {
+                    points,
+                    depths,
+                    ..ViewContour::default()
+                })
                 .collect(),
         }
     });

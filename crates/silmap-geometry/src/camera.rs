@@ -25,7 +25,9 @@ pub enum CoverageRule {
 pub enum CameraError {
     /// The eye lies in the bounding sphere, so no image holds the whole model.
     #[error(
-        "the eye is {distance} from the center, inside the bounding sphere of radius {radius}: move it farther out"
+        "the eye is {} from the center, inside the bounding sphere of radius {}: move it farther out",
+        in_short(*.distance),
+        in_short(*.radius)
     )]
     EyeInsideBounds {
         /// Distance from the eye to the center, model units.
@@ -56,6 +58,24 @@ pub enum CameraError {
         /// Rows asked for.
         height: u32,
     },
+}
+
+/// A number for a sentence, with four significant digits and no more.
+#[must_use]
+pub fn in_short(value: f64) -> String {
+    let digits = 3.0 - value.abs().log10().floor();
+    if value == 0.0 || (0.0..=8.0).contains(&digits) {
+        let text = format!("{value:.*}", if value == 0.0 { 0 } else { digits as usize });
+        return match text.trim_end_matches('0') {
+            short if text.contains('.') => short.trim_end_matches('.').to_owned(),
+            _ => text,
+        };
+    }
+    if (-5.0..0.0).contains(&digits) {
+        let unit = 10.0_f64.powi(-digits as i32);
+        return format!("{:.0}", (value / unit).round() * unit);
+    }
+    format!("{value:.3e}")
 }
 
 /// Largest image side in pixels that a camera may have.
@@ -348,5 +368,45 @@ mod tests {
                 "{made:?}"
             );
         }
+    }
+
+    #[test]
+    fn numbers_in_sentences_are_short() {
+        let all = [
+            0.0,
+            1.0,
+            0.123_456_789,
+            12.345_678,
+            -3.0,
+            123_456.789,
+            1e-20,
+            2e30,
+            0.000_123_456,
+            9.999_96,
+        ];
+        assert_eq!(
+            all.map(in_short),
+            [
+                "0",
+                "1",
+                "0.1235",
+                "12.35",
+                "-3",
+                "123500",
+                "1.000e-20",
+                "2.000e30",
+                "0.0001235",
+                "10"
+            ]
+        );
+        assert_eq!(in_short(f64::NAN), "NaN");
+        let error = CameraError::EyeInsideBounds {
+            distance: 1.0 / 3.0,
+            radius: 2.0_f64.sqrt(),
+        };
+        assert_eq!(
+            error.to_string(),
+            "the eye is 0.3333 from the center, inside the bounding sphere of radius 1.414: move it farther out"
+        );
     }
 }

@@ -8,10 +8,10 @@
 //! [`Method::Tight`] interpolates on two edges and then on a line between them: see `along_longest_edge`.
 
 use glam::{DMat3, DVec3};
+use silmap_geometry::camera::in_short;
 use silmap_geometry::{Camera, Loop};
 use thiserror::Error;
 
-use crate::SilhouetteMap;
 use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
 use crate::intersect::{IntersectScratch, is_speck};
 use crate::linear::{LinearScratch, Pairing};
@@ -22,6 +22,7 @@ use crate::rectified::{
     EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
 };
 use crate::tidy::{CrumbScratch, PieceCounts};
+use crate::{SilhouetteMap, ViewContour};
 
 /// How silhouettes are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -84,6 +85,32 @@ pub enum Transfer {
     Homography,
 }
 
+/// How fine the contours are that an outline is interpolated from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Detail {
+    /// The coarsest level that stays within [`DETAIL_BOUND_PX`] of the traced outlines on the screen.
+    #[default]
+    OnScreen,
+    /// That level, or the coarsest there is.
+    Level(u8),
+}
+
+impl Detail {
+    /// The level of the contours of `map` that it asks for in the picture of `camera`.
+    #[must_use]
+    pub fn level(self, map: &SilhouetteMap, camera: &Camera) -> u8 {
+        match self {
+            _ if !map.has_levels() => 0,
+            Self::OnScreen => map.level_for(camera, DETAIL_BOUND_PX),
+            Self::Level(level) => level.min(ViewContour::COARSEST_LEVEL),
+        }
+    }
+}
+
+/// How far the contours that are used may be from the traced ones, pixels of the picture: where levels change, no pixel's
+/// coverage changes by more than a quarter, and in a mask hardly one in a hundred pixels of the outline does.
+pub const DETAIL_BOUND_PX: f64 = 0.25;
+
 /// How an outline is interpolated and carried to the eye.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Interpolation {
@@ -91,13 +118,15 @@ pub struct Interpolation {
     pub method: Method,
     /// From the polytope to the eye.
     pub transfer: Transfer,
+    /// From what contours.
+    pub detail: Detail,
 }
 
 impl From<Method> for Interpolation {
     fn from(method: Method) -> Self {
         Self {
             method,
-            transfer: Transfer::default(),
+            ..Self::default()
         }
     }
 }
@@ -108,7 +137,9 @@ impl From<Method> for Interpolation {
 pub enum InterpolateError {
     /// The eye lies in the model's bounding sphere.
     #[error(
-        "the eye is {distance} from the center, inside the bounding sphere of radius {radius}: move it farther out"
+        "the eye is {} from the center, inside the bounding sphere of radius {}: move it farther out",
+        in_short(*.distance),
+        in_short(*.radius)
     )]
     EyeInsideBounds {
         /// Distance from the eye to the center, model units.
@@ -142,6 +173,8 @@ pub struct Outline {
     pub triangle: u32,
     /// Weights of its three views.
     pub barycentric: [f64; 3],
+    /// The level of detail of the contours it was interpolated from.
+    pub level: u8,
     /// Regions in pixels of the camera, all of which cover what is inside: three for [`Method::Hull`], else one. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
     pub layers: Vec<Vec<Loop>>,
     simple: Vec<Loop>,
@@ -262,6 +295,7 @@ pub fn outline(
     Ok(Outline {
         triangle: location.triangle,
         barycentric: location.barycentric,
+        level: how.detail.level(map, camera),
         layers: layers.iter().map(FlatLoops::to_loops).collect(),
         simple: scratch.simple.to_loops(),
     })
@@ -288,6 +322,7 @@ struct Between<'a> {
     map: &'a SilhouetteMap,
     ids: [u32; 3],
     weights: [f64; 3],
+    level: u8,
 }
 
 impl Between<'_> {
@@ -314,13 +349,19 @@ impl TriangleInterpolator {
             map,
             ids,
             weights: location.barycentric,
+            level: how.detail.level(map, camera),
         };
         let views = ids.map(|v| &map.views[v as usize]);
         let has_depth = views.iter().all(|v| v.has_depth());
         let to_camera = projection(&between, location, camera, has_depth, how.transfer);
         let n_layers = n_layers(how.method);
         if let Some(k) = (location.barycentric.iter()).position(|&w| w >= AT_VIEW) {
-            assign_contours(&mut self.captured, views[k], map.bounding_sphere());
+            assign_contours(
+                &mut self.captured,
+                views[k],
+                map.bounding_sphere(),
+                between.level,
+            );
             let to_camera = to_camera.after(object_from_image(&views[k].camera));
             for layer in &mut self.layers[..n_layers] {
                 project_loops(&self.captured, &to_camera, layer);
@@ -370,7 +411,8 @@ impl TriangleInterpolator {
         let alpha = w_j / (w_i + w_j);
         let edge_frame = self.on_edge(0, between, (i, j), alpha, pairing)?;
         let view = &between.map.views[between.ids[last] as usize];
-        assign_contours(&mut self.captured, view, between.map.bounding_sphere());
+        let sphere = between.map.bounding_sphere();
+        assign_contours(&mut self.captured, view, sphere, between.level);
         let on_edge = Seen {
             eye: between.eye(i).lerp(between.eye(j), alpha),
             loops: &self.on_edges[0],
@@ -442,7 +484,7 @@ impl TriangleInterpolator {
         } else {
             ([b, a], 1.0 - alpha)
         };
-        let pair = self.edges.pair(between.map, views).ok_or((from, to))?;
+        let pair = (self.edges.pair(between.map, views, between.level)).ok_or((from, to))?;
         let frame = *pair.frame().ok_or((from, to))?;
         self.linear
             .interpolate(pair, alpha, pairing, &mut self.on_edges[n]);

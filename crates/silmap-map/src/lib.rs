@@ -19,6 +19,8 @@ mod rectified;
 mod side;
 pub mod silhouette_map;
 mod span;
+#[doc(hidden)]
+pub mod stages;
 mod tidy;
 mod tight;
 
@@ -27,8 +29,8 @@ pub use asset::{
     EncodedImage, TextureSet, TextureView,
 };
 pub use interpolate::{
-    InterpolateError, Interpolation, Method, Outline, Scratch, Transfer, TriangleInterpolator,
-    outline,
+    DETAIL_BOUND_PX, Detail, InterpolateError, Interpolation, Method, Outline, Scratch, Transfer,
+    TriangleInterpolator, outline,
 };
 pub use loops::{FlatLoops, Loops};
 pub use polytope::{Location, Polytope, PolytopeError};

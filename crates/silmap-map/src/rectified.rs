@@ -163,17 +163,25 @@ pub(crate) struct EdgeCache {
 #[derive(Clone, Debug)]
 struct CachedEdge {
     views: [u32; 2],
+    level: u8,
     last_used: u64,
     pair: RectifiedPair,
 }
 
 impl EdgeCache {
-    /// The silhouettes of two views of `map`, that with the smaller number first; `None` when they cannot be rectified.
-    pub(crate) fn pair(&mut self, map: &SilhouetteMap, views: [u32; 2]) -> Option<&RectifiedPair> {
+    /// The silhouettes of two views of `map` at a level of detail, that with the smaller number first; `None` when they cannot be
+    /// rectified.
+    pub(crate) fn pair(
+        &mut self,
+        map: &SilhouetteMap,
+        views: [u32; 2],
+        level: u8,
+    ) -> Option<&RectifiedPair> {
         self.clock += 1;
-        let at = match self.edges.iter().position(|e| e.views == views) {
+        let mut edges = self.edges.iter();
+        let at = match edges.position(|e| e.views == views && e.level == level) {
             Some(at) => at,
-            None => self.prepare(map, views),
+            None => self.prepare(map, views, level),
         };
         let edge = &mut self.edges[at];
         edge.last_used = self.clock;
@@ -181,10 +189,11 @@ impl EdgeCache {
     }
 
     /// Rectifies a pair in the place of the one that was used longest ago; returns that place.
-    fn prepare(&mut self, map: &SilhouetteMap, views: [u32; 2]) -> usize {
+    fn prepare(&mut self, map: &SilhouetteMap, views: [u32; 2], level: u8) -> usize {
         if self.edges.len() < EDGES_KEPT {
             self.edges.push(CachedEdge {
                 views,
+                level,
                 last_used: 0,
                 pair: RectifiedPair::default(),
             });
@@ -194,7 +203,7 @@ impl EdgeCache {
         let sphere = map.bounding_sphere();
         let [one, two] = views.map(|v| &map.views[v as usize]);
         for (loops, view) in self.captured.iter_mut().zip([one, two]) {
-            assign_contours(loops, view, sphere);
+            assign_contours(loops, view, sphere, level);
         }
         let seen = |view: &CapturedView, loops| Seen {
             eye: view.camera.eye,
@@ -203,7 +212,7 @@ impl EdgeCache {
         };
         let [loops_one, loops_two] = &self.captured;
         let edge = &mut self.edges[at];
-        edge.views = views;
+        (edge.views, edge.level) = (views, level);
         // Room for the largest contours at once, so that places need not grow as other edges come.
         let most = map.contour_vertex_counts().max().unwrap_or(0);
         for chains in &mut edge.pair.chains {
@@ -217,24 +226,27 @@ impl EdgeCache {
     }
 }
 
-/// Copies a view's contours with inverse depths, zero where it has none.
+/// Copies a view's contours at a level of detail with inverse depths, zero where it has none.
 ///
 /// Every point of the model lies in its bounding sphere: a depth outside, as a file may hold, is the nearest in it.
-pub(crate) fn assign_contours(loops: &mut DeepLoops, view: &CapturedView, sphere: BoundingSphere) {
+pub(crate) fn assign_contours(
+    loops: &mut DeepLoops,
+    view: &CapturedView,
+    sphere: BoundingSphere,
+    level: u8,
+) {
     let distance = view.camera.eye.distance(sphere.center);
     let (nearest, farthest) = (distance - sphere.radius, distance + sphere.radius);
     loops.clear();
     for contour in &view.contours {
-        if contour.depths.len() == contour.points.len() {
-            for (p, depth) in contour.points.iter().zip(&contour.depths) {
-                let inverse = 1.0 / depth.max(nearest).min(farthest);
-                loops.push(p.extend(inverse).extend(0.0));
-            }
-        } else {
-            contour
-                .points
-                .iter()
-                .for_each(|p| loops.push(p.extend(0.0).extend(0.0)));
+        let has_depth = contour.depths.len() == contour.points.len();
+        for k in contour.vertices_at(level) {
+            let inverse = if has_depth {
+                1.0 / contour.depths[k].max(nearest).min(farthest)
+            } else {
+                0.0
+            };
+            loops.push(contour.points[k].extend(inverse).extend(0.0));
         }
         loops.close();
     }

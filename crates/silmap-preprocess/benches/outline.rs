@@ -39,7 +39,11 @@ fn map(resolution_px: u32, tolerance_px: f64) -> SilhouetteMap {
             let loops = simplify_contours(&trace_contours(mask), &simplification);
             let depths = tangent_depths(&tree, &bounds, &camera, &loops);
             let contours = (loops.into_iter().zip(depths))
-                .map(|(points, depths)| ViewContour { points, depths })
+                .map(|(points, depths)| ViewContour {
+                    points,
+                    depths,
+                    ..ViewContour::default()
+                })
                 .collect();
             CapturedView { camera, contours }
         })

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_map::{
-    InterpolateError, Interpolation, Method, Polytope, PolytopeError, Scratch, SilhouetteMap,
-    Transfer,
+    Detail, InterpolateError, Interpolation, Method, Polytope, PolytopeError, Scratch,
+    SilhouetteMap, Transfer,
 };
 use thiserror::Error;
 
@@ -60,6 +60,8 @@ pub struct EvaluateParams {
     pub methods: Vec<Method>,
     /// How outlines are carried off the polytope.
     pub transfer: Transfer,
+    /// How fine the contours are that outlines are interpolated from.
+    pub detail: Detail,
     /// Side of the square test images, pixels.
     pub size_px: u32,
 }
@@ -72,6 +74,7 @@ impl Default for EvaluateParams {
             place: Place::Polytope,
             methods: Method::ALL.to_vec(),
             transfer: Transfer::default(),
+            detail: Detail::default(),
             size_px: 512,
         }
     }
@@ -231,6 +234,7 @@ pub fn evaluate_at(
                     let how = Interpolation {
                         method,
                         transfer: params.transfer,
+                        detail: params.detail,
                     };
                     let predicted = seen.predict(map, how, scratch)?;
                     let (misclassified, escaped) = compare(&predicted, &seen.truth);

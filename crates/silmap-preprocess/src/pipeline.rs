@@ -19,7 +19,7 @@ use crate::capture::{CaptureError, CaptureParams, capture, deep_contours, view_s
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
 use crate::hull::{self, HullError, HullParams};
 use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
-use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
+use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{SimplifyMapError, SimplifyMapParams, SimplifyMapReport, simplify};
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
@@ -157,13 +157,15 @@ pub fn build(
     let dense = dense_map::build(views, &dense_params(model, params))?;
 
     // Views that their neighbours predict well go.
-    let (map, map_report) = timed(&mut seconds.map, || {
+    let (mut map, map_report) = timed(&mut seconds.map, || {
         simplify(&dense, &masks, &params.map, monitor)
     })?;
     let uniform_curve = timed(&mut seconds.map, || {
         uniform_curve((model, &tree), (&cameras, &masks), params, monitor)
     })?;
     drop(masks);
+    // Coarser contours for pictures in which the model is small.
+    timed(&mut seconds.contours, || add_levels(&mut map));
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
@@ -221,7 +223,11 @@ fn captured_views(
             let (loops, depths) =
                 deep_contours(tree, model.bounds(), &camera, &loops, outward_only);
             let contours = (loops.into_iter().zip(depths))
-                .map(|(points, depths)| ViewContour { points, depths })
+                .map(|(points, depths)| ViewContour {
+                    points,
+                    depths,
+                    ..ViewContour::default()
+                })
                 .collect();
             monitor.advance(Stage::Contours, 1);
             Ok(CapturedView { camera, contours })

@@ -18,6 +18,7 @@
 
 mod fit;
 mod grid;
+mod levels;
 mod outline;
 mod outward;
 #[cfg(test)]
@@ -28,6 +29,7 @@ use std::collections::BinaryHeap;
 
 use silmap_geometry::Loop;
 
+pub use levels::add_levels;
 use outline::{Outline, Proposal};
 
 /// How far to simplify.
@@ -83,6 +85,7 @@ fn remove_vertices(
 ) {
     // Costs are not negative, and such floats sort as their bits do; ties go to the lower vertex.
     let mut queue: BinaryHeap<_> = (0..outline.vertex_count())
+        .filter(|&v| !outline.is_gone(v))
         .filter_map(|v| {
             Some(Reverse((
                 cost(outline, v)?.to_bits(),

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
-use silmap_map::{Method, SilhouetteMap};
+use silmap_map::{Method, SilhouetteMap, ViewContour};
 
 use crate::values::{
     Backdrop, Length, Share, Size, parse_backdrop, parse_length, parse_point, parse_positive,
@@ -351,6 +351,10 @@ pub(crate) struct ContourArgs {
     /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
     #[arg(long, value_name = "WHICH", value_enum)]
     pub(crate) method: Option<MethodArg>,
+    /// Level of detail of the contours: 0 has all their vertices, each next one keeps to twice the tolerance [default: the coarsest
+    /// within a quarter of a pixel]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(..=i64::from(ViewContour::COARSEST_LEVEL)))]
+    pub(crate) detail: Option<u8>,
     /// What to write
     #[arg(long, value_name = "FORMAT", value_enum, default_value_t = ContourFormat::Json)]
     pub(crate) format: ContourFormat,

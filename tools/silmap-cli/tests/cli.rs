@@ -114,6 +114,7 @@ fn wrong_usage_ends_in_2() {
         &["contour", asset, "--eye", "1,2"],
         &["contour", asset, "--eye", "0,0,3", "--size", "0x5"],
         &["contour", asset, "--eye", "0,0,3", "--method", "exact"],
+        &["contour", asset, "--eye", "0,0,3", "--detail", "7"],
         &["contour", asset],
         &["edges", "m.ply"],
         &["edges", "m.ply", "--eye", "0,0,3", "--direction", "0,0,1"],
@@ -174,6 +175,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "map.resolution",
             "map.contour_vertices_mean",
             "map.contour_vertices_max",
+            "map.level_vertices_mean",
             "map.has_depth",
             "map.bytes",
             "map.fewest_views",
@@ -300,6 +302,7 @@ fn both_ways_to_write_an_eye_give_the_same_contour() {
                 "camera.height",
                 "triangle.2",
                 "barycentric.2",
+                "level",
                 "loops.0.0.1",
                 "seconds",
             ],
@@ -319,6 +322,36 @@ fn both_ways_to_write_an_eye_give_the_same_contour() {
         .map(|w| w.as_f64().unwrap())
         .sum();
     assert!((sum - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn small_pictures_have_contours_of_less_detail() {
+    let asset = path(&fixture().asset);
+    let contour = |size: &str, more: &[&str]| {
+        let options = ["contour", asset, "--eye", "1,2,4", "--size", size];
+        run_json(&[&options, more].concat())
+    };
+    let vertices = |contour: &Value| -> usize {
+        let loops = contour["loops"].as_array().unwrap();
+        loops.iter().map(|l| l.as_array().unwrap().len()).sum()
+    };
+    let (large, small) = (contour("512x512", &[]), contour("8x8", &[]));
+    assert_eq!(large["level"], 0);
+    assert!(small["level"].as_u64().unwrap() > 1, "{}", small["level"]);
+    // The same picture size with the finest and with the coarsest contours.
+    let fine = contour("512x512", &["--detail", "0"]);
+    let coarse = contour("512x512", &["--detail", "6"]);
+    assert_eq!(fine["loops"], large["loops"]);
+    assert_eq!(coarse["level"], 6);
+    assert!(vertices(&coarse) < vertices(&fine));
+    let inspected = run_json(&["inspect", asset, "--json"]);
+    let means = inspected["map"]["level_vertices_mean"].as_array().unwrap();
+    let means: Vec<f64> = means.iter().map(|n| n.as_f64().unwrap()).collect();
+    assert_eq!(
+        means[0],
+        inspected["map"]["contour_vertices_mean"].as_f64().unwrap()
+    );
+    assert!(means.len() == 7 && means.is_sorted_by(|a, b| a >= b) && means[6] < means[0]);
 }
 
 #[test]

@@ -122,7 +122,11 @@ mod tests {
         ];
         CapturedView {
             camera,
-            contours: vec![ViewContour { points, depths }],
+            contours: vec![ViewContour {
+                points,
+                depths,
+                ..ViewContour::default()
+            }],
         }
     }
 

@@ -71,6 +71,8 @@ pub(super) struct MapPart {
     pub(super) tolerance: f64,
     pub(super) coverage: Coverage,
     pub(super) silhouettes_view: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) levels_view: Option<usize>,
 }
 
 /// [`CoverageRule`] in the document.

@@ -3,8 +3,8 @@
 //! On disk it is a standard binary glTF 2.0 file: the coarse hull, unwelded at the atlas's seams, with the atlas as base
 //! colour. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
-//! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`order`]
-//! (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
+//! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
+//! (contours of less detail), [`order`] (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
@@ -12,6 +12,7 @@
 mod container;
 mod document;
 mod hull_mesh;
+mod levels;
 mod order;
 mod packing;
 mod paint;
@@ -248,6 +249,28 @@ pub enum AssetError {
         view: usize,
         /// Why.
         source: CameraError,
+    },
+    /// A contour is no loop at its coarsest level of detail.
+    #[error(
+        "it is damaged: contour {contour} of view {view} has {vertices} vertices at its coarsest level of detail, fewer than 3"
+    )]
+    CoarseContour {
+        /// Index of the view.
+        view: usize,
+        /// Index of the contour in the view.
+        contour: usize,
+        /// Vertices left.
+        vertices: usize,
+    },
+    /// The levels of detail were written by a later version of this program.
+    #[error(
+        "its levels of detail have coding {found}, this program reads coding {known}: update it or build again"
+    )]
+    LevelCoding {
+        /// Coding in the file.
+        found: u8,
+        /// Coding of this program.
+        known: u8,
     },
     /// A step of the collapse order cannot be carried out.
     #[error("it is damaged: step {step} of its collapse order {reason}")]

@@ -15,7 +15,7 @@ use super::write::check_picture;
 use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, TextureSet, TextureView,
 };
-use super::{container, order, paint, silhouettes};
+use super::{container, levels, order, paint, silhouettes};
 
 /// The asset in the bytes of a `.glb` file.
 ///
@@ -39,7 +39,8 @@ pub fn sizes(file: &[u8]) -> Result<AssetSizes, AssetError> {
         textures,
         ..
     } = &contents.extension;
-    let map = contents.view(map.silhouettes_view)?.len();
+    let levels = contents.view_if_there(map.levels_view)?;
+    let map = contents.view(map.silhouettes_view)?.len() + levels.map_or(0, <[u8]>::len);
     let mut record = contents.view(build.error_curve_view)?.len();
     for view in [build.uniform_curve_view, build.collapse_order_view] {
         record += contents.view_if_there(view)?.map_or(0, <[u8]>::len);
@@ -163,7 +164,11 @@ impl<'a> Contents<'a> {
             tolerance_px: map.tolerance,
             coverage: map.coverage.into(),
         };
-        let map = silhouettes::decode(&header, self.view(map.silhouettes_view)?)?;
+        let levels_view = map.levels_view;
+        let mut map = silhouettes::decode(&header, self.view(map.silhouettes_view)?)?;
+        if let Some(bytes) = self.view_if_there(levels_view)? {
+            levels::decode(bytes, &mut map)?;
+        }
         let uniform_curve = match self.view_if_there(build.uniform_curve_view)? {
             Some(bytes) => paint::decode_curve(bytes)?,
             None => Vec::new(),

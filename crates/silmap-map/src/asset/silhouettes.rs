@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CoverageRule};
 
 use super::packing::{Decoder, Encoder};
-use super::{Asset, AssetError};
+use super::{Asset, AssetError, levels};
 use crate::{CapturedView, SilhouetteMap, ViewContour};
 
 /// Contour points are rounded to this fraction of a pixel, so each moves by at most 1/32 pixel along x and y.
@@ -126,7 +126,10 @@ impl Grid {
 /// # Errors
 /// When a number is too large to be stored or a view's camera is not determined by its eye.
 pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
-    let map = decode(&MapHeader::of(&asset.map), &encode(&asset.map)?)?;
+    let mut map = decode(&MapHeader::of(&asset.map), &encode(&asset.map)?)?;
+    if let Some(bytes) = levels::encode(&asset.map)? {
+        levels::decode(&bytes, &mut map)?;
+    }
     let mut rounded = Asset {
         map,
         record: asset.record.clone(),

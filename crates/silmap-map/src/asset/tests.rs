@@ -35,16 +35,37 @@ fn any_coordinate() -> impl Strategy<Value = f64> {
 }
 
 fn any_contour() -> impl Strategy<Value = ViewContour> {
-    let vertex = (any_coordinate(), any_coordinate(), -3.0..12.0_f64);
-    (prop::collection::vec(vertex, 0..20), any::<bool>()).prop_map(|(vertices, has_depth)| {
-        ViewContour {
+    let vertex = (
+        any_coordinate(),
+        any_coordinate(),
+        -3.0..12.0_f64,
+        0..=ViewContour::COARSEST_LEVEL,
+    );
+    (
+        prop::collection::vec(vertex, 0..20),
+        any::<bool>(),
+        any::<bool>(),
+    )
+        .prop_map(|(vertices, has_depth, has_levels)| ViewContour {
             points: vertices.iter().map(|v| DVec2::new(v.0, v.1)).collect(),
             depths: match has_depth {
                 true => vertices.iter().map(|v| v.2).collect(),
                 false => Vec::new(),
             },
-        }
-    })
+            // Three vertices are there at any level.
+            levels: vertices
+                .iter()
+                .enumerate()
+                .filter(|_| has_levels)
+                .map(|(k, v)| {
+                    if k < 3 {
+                        ViewContour::COARSEST_LEVEL
+                    } else {
+                        v.3
+                    }
+                })
+                .collect(),
+        })
 }
 
 prop_compose! {
@@ -214,6 +235,10 @@ fn largest_moves(before: &SilhouetteMap, after: &SilhouetteMap) -> (f64, f64, bo
                 radii = radii.max((d - *e).abs() / before.radius);
                 *e = *d;
             }
+            // A contour without levels among others comes back as always whole.
+            if a.levels.is_empty() && b.levels.iter().all(|&l| l == ViewContour::COARSEST_LEVEL) {
+                b.levels.clear();
+            }
         }
     }
     (pixels, radii, &moved_back == before)
@@ -305,6 +330,7 @@ fn small_asset() -> Asset {
             DVec2::new(200.0, 300.0),
         ],
         depths: vec![2.5, 2.6, 2.7],
+        levels: Vec::new(),
     };
     let view = |x| CapturedView {
         camera: camera(x),

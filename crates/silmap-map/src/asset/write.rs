@@ -5,7 +5,7 @@ use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
     TexturePart,
 };
-use super::{Asset, AssetError, EncodedImage, hull_mesh, order, paint, silhouettes};
+use super::{Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, silhouettes};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///
@@ -75,6 +75,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             tolerance: map.tolerance_px,
             coverage: map.coverage.into(),
             silhouettes_view: buffers.push(&silhouettes::encode(map)?),
+            levels_view: levels::encode(map)?.map(|bytes| buffers.push(&bytes)),
         },
         hull: HullPart {
             volume_ratio: hull.volume_ratio,

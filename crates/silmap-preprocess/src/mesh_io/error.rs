@@ -348,6 +348,14 @@ pub enum GltfFault {
         /// What is there.
         found: u64,
     },
+    /// An element that names one which does not exist.
+    #[error("{element} is {index}: there is no such element")]
+    NoSuchElement {
+        /// Where the index stands, as a path in the JSON.
+        element: String,
+        /// The index.
+        index: u64,
+    },
     /// An accessor that reaches past its data.
     #[error("accessor {accessor} reaches past the end of its buffer view")]
     AccessorRange {

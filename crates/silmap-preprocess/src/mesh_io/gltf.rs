@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use glam::{DMat4, DQuat, DVec3, Quat};
+use gltf::json::validation::{Error as RuleError, Validate};
 use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use silmap_geometry::{ColourImage, Material};
@@ -38,7 +39,8 @@ pub(super) fn read(bytes: &[u8], is_binary: bool, folder: &Path) -> Result<RawMe
         MeshFault::Gltf(GltfFault::Json { part, reason })
     };
     let root = gltf::json::Root::from_slice(json).map_err(|e| fault(e.to_string()))?;
-    let document = gltf::Document::from_json(root).map_err(|e| fault(e.to_string()))?;
+    let document = gltf::Document::from_json_without_validation(root);
+    check_document(&document, json, fault)?;
     let buffers = load_buffers(&document, blob, folder).map_err(MeshFault::Gltf)?;
     let mut reader = Reader {
         raw: RawMesh::counting_from(0),
@@ -51,6 +53,40 @@ pub(super) fn read(bytes: &[u8], is_binary: bool, folder: &Path) -> Result<RawMe
         return Err(MeshFault::Gltf(GltfFault::NoMesh));
     }
     Ok(reader.raw.finish())
+}
+
+/// Refuses what breaks glTF's rules; `fault` makes a sentence of the reader's words.
+///
+/// Accessors without data are left to those who need them: the standard has them, filled with zeros.
+fn check_document(
+    document: &gltf::Document,
+    json: &[u8],
+    fault: impl Fn(String) -> MeshFault,
+) -> Result<(), MeshFault> {
+    let mut errors = Vec::new();
+    let root = document.as_json();
+    root.validate(root, gltf::json::Path::new, &mut |path, error| {
+        let path = path();
+        let is_blank = error == RuleError::Missing
+            && path.as_str().starts_with("accessors[")
+            && path.as_str().ends_with("].bufferView");
+        if !is_blank {
+            errors.push((path, error));
+        }
+    });
+    if let Some((path, RuleError::IndexOutOfBounds)) = errors.first() {
+        let element = path.as_str().to_owned();
+        let place = format!("/{}", element.replace(['.', '['], "/").replace(']', ""));
+        let values: Option<serde_json::Value> = serde_json::from_slice(json).ok();
+        let index = (values.as_ref()).and_then(|v| v.pointer(&place)?.as_u64());
+        if let Some(index) = index {
+            return Err(MeshFault::Gltf(GltfFault::NoSuchElement { element, index }));
+        }
+    }
+    if errors.is_empty() {
+        return Ok(());
+    }
+    Err(fault(gltf::Error::Validation(errors).to_string()))
 }
 
 /// The JSON chunk of a binary glTF and, if there is one, the binary chunk.
@@ -108,8 +144,15 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Walks the default scene, else the first one, else all nodes without a parent.
+    /// Walks the default scene, else the first one, else all nodes without a parent. A document without nodes is a library of
+    /// meshes: they are taken as they are.
     fn read_scene(&mut self, document: &gltf::Document) -> Result<(), MeshFault> {
+        if document.nodes().len() == 0 {
+            for mesh in document.meshes() {
+                self.read_mesh(&mesh, DMat4::IDENTITY)?;
+            }
+            return Ok(());
+        }
         let scene = document
             .default_scene()
             .or_else(|| document.scenes().next());
@@ -185,6 +228,10 @@ impl Reader<'_> {
                 .ignore("primitives without positions were left out".to_owned());
             return Ok(());
         };
+        if positions.view().is_none() && primitive.indices().is_some() {
+            // There is nothing to read, but what the indices say may be worse.
+            self.read_indices(mesh, primitive, positions.count())?;
+        }
         let positions = Accessor::new(&positions, &self.buffers)?.with_width(3..=3)?;
         let first = self.raw.mesh.positions.len();
         let count = positions.count;
@@ -201,23 +248,7 @@ impl Reader<'_> {
             }
             placed.push(position);
         }
-        let indices: Vec<u32> = match primitive.indices() {
-            Some(indices) => {
-                let indices = Accessor::new(&indices, &self.buffers)?.with_width(1..=1)?;
-                (0..indices.count)
-                    .map(|i| indices.get(i)[0] as u32)
-                    .collect()
-            }
-            None => (0..count as u32).collect(),
-        };
-        if let Some(&vertex) = indices.iter().find(|&&v| v as usize >= count) {
-            return Err(MeshFault::Gltf(GltfFault::IndexOutOfRange {
-                mesh,
-                primitive: primitive.index(),
-                vertex,
-                count,
-            }));
-        }
+        let indices = self.read_indices(mesh, primitive, count)?;
         let (material, uv_set) = self.material(&primitive.material())?;
         let uvs = uv_set
             .and_then(|set| primitive.get(&gltf::Semantic::TexCoords(set)))
@@ -258,6 +289,33 @@ impl Reader<'_> {
                 .push_polygon(&corners.map(|v| v + first as u32), look);
         }
         Ok(())
+    }
+
+    /// The vertices of a primitive's faces, all of them below `count`.
+    fn read_indices(
+        &self,
+        mesh: usize,
+        primitive: &gltf::Primitive<'_>,
+        count: usize,
+    ) -> Result<Vec<u32>, MeshFault> {
+        let indices: Vec<u32> = match primitive.indices() {
+            Some(indices) => {
+                let indices = Accessor::new(&indices, &self.buffers)?.with_width(1..=1)?;
+                (0..indices.count)
+                    .map(|i| indices.get(i)[0] as u32)
+                    .collect()
+            }
+            None => (0..count as u32).collect(),
+        };
+        match indices.iter().find(|&&v| v as usize >= count) {
+            None => Ok(indices),
+            Some(&vertex) => Err(MeshFault::Gltf(GltfFault::IndexOutOfRange {
+                mesh,
+                primitive: primitive.index(),
+                vertex,
+                count,
+            })),
+        }
     }
 
     /// The mesh's material for one of the document's, and the set of texture coordinates it uses.

@@ -478,6 +478,33 @@ fn gltf_faults_are_named() {
             found: 54
         }
     );
+    let library = good.replace(r#""scene": 0, "scenes": [{"nodes": [1]}],"#, "").replace(
+        r#""nodes": [{"mesh": 0, "scale": [1, 1, 1]}, {"children": [0], "translation": [5, 0, 0]}],"#,
+        "",
+    );
+    assert_eq!(
+        read(library.as_bytes(), "gltf").unwrap().mesh.faces.len(),
+        4
+    );
+    // Positions without data, and indices past their number or not.
+    let blank = library.replace(
+        r#"{"bufferView": 0, "componentType""#,
+        r#"{"componentType""#,
+    );
+    assert!(matches!(
+        fault(&blank),
+        GltfFault::AccessorKind { accessor: 0, .. }
+    ));
+    let far = blank.replace(r#""count": 4"#, r#""count": 2"#);
+    assert_eq!(
+        fault(&far).to_string(),
+        "mesh 0, primitive 0: index 2 out of range, past the last vertex of 2"
+    );
+    let stray = good.replace(r#""indices": 1"#, r#""indices": 7"#);
+    assert_eq!(
+        fault(&stray).to_string(),
+        "meshes[0].primitives[0].indices is 7: there is no such element"
+    );
     let looped = good.replace(r#""scale": [1, 1, 1]"#, r#""children": [1]"#);
     assert!(matches!(fault(&looped), GltfFault::NodeLoop { .. }));
     let draco = gltf_text(

@@ -230,6 +230,11 @@ impl Outline {
         self.vertices.len() as u32
     }
 
+    /// Whether a vertex was removed.
+    pub(super) fn is_gone(&self, v: u32) -> bool {
+        self.vertex(v).next == u32::MAX
+    }
+
     pub(super) fn version(&self, v: u32) -> u32 {
         self.vertices[v as usize].version
     }

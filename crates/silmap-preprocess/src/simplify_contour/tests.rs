@@ -251,3 +251,148 @@ fn straight_edges_lose_their_inner_vertices_only() {
     );
     assert!(simplify_contours(&[], &params).is_empty());
 }
+
+/// Loops as contours of a view whose depths wave along them.
+fn view_of(loops: &[Loop], side: u32, with_depths: bool) -> silmap_map::CapturedView {
+    let eye = glam::DVec3::Z * 3.0;
+    let camera =
+        silmap_geometry::Camera::fit_sphere(eye, glam::DVec3::ZERO, 1.0, None, (side, side));
+    let contours = loops.iter().map(|points| silmap_map::ViewContour {
+        points: points.clone(),
+        depths: (points.iter().filter(|_| with_depths))
+            .map(|p| 3.0 + 0.3 * (p.x * 0.05).sin() + 0.2 * (p.y * 0.11).cos())
+            .collect(),
+        levels: Vec::new(),
+    });
+    silmap_map::CapturedView {
+        camera: camera.unwrap(),
+        contours: contours.collect(),
+    }
+}
+
+/// Everything promised for the levels of any loops.
+fn check_levels(
+    mask: &Mask,
+    params: &SimplifyContourParams,
+    with_depths: bool,
+) -> Result<(), TestCaseError> {
+    let traced = trace_contours(mask);
+    let whole = simplify_contours(&traced, params);
+    let mut view = view_of(&whole, mask.width().max(mask.height()), with_depths);
+    levels::add_levels_to_view(&mut view, params);
+    check_levels_of(&view, (mask, &traced, &whole), params)
+}
+
+fn check_levels_of(
+    view: &silmap_map::CapturedView,
+    (mask, traced, whole): (&Mask, &[Loop], &[Loop]),
+    params: &SimplifyContourParams,
+) -> Result<(), TestCaseError> {
+    let touching = contacts(traced);
+    let at = |level: u8| -> Vec<Loop> {
+        let pick =
+            |c: &silmap_map::ViewContour| c.vertices_at(level).map(|k| c.points[k]).collect();
+        view.contours.iter().map(pick).collect()
+    };
+    prop_assert_eq!(at(0), whole);
+    for level in 1..=silmap_map::ViewContour::COARSEST_LEVEL {
+        let (coarse, finer) = (at(level), at(level - 1));
+        let scale = f64::from(1_u32 << level);
+        for (k, (now, before)) in coarse.iter().zip(&finer).enumerate() {
+            prop_assert!(now.len() >= 3, "loop {} is gone", k);
+            prop_assert!(now.iter().all(|p| before.contains(p)), "not nested");
+            prop_assert!(signed_area(now) * signed_area(before) > 0.0);
+            let limit = params.tolerance_px * (scale - 1.0) + 1e-9;
+            prop_assert!(directed_distance(now, &whole[k]) <= limit);
+            prop_assert!(directed_distance(&whole[k], now) <= limit);
+            let stray = directed_distance(now, &traced[k]);
+            prop_assert!(
+                stray <= params.tolerance_px * scale + 1e-9,
+                "strays by {}",
+                stray
+            );
+        }
+        prop_assert_eq!(crossings(&coarse, &touching), 0, "level {}", level);
+        if touching.is_empty() {
+            prop_assert_eq!(depth_of_each(&coarse), depth_of_each(traced));
+        }
+        if params.outward_only {
+            check_superset(mask, &coarse)?;
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+    #[test]
+    fn levels_keep_their_promises(
+        width in 2_u32..40, height in 2_u32..32, density in 1_u32..8, blur: bool, seed: u64,
+        tolerance in prop::sample::select(vec![0.0, 0.2, 0.5, 0.75, 1.0, 2.0]), outward_only: bool, with_depths: bool,
+    ) {
+        let mask = noise_mask(width, height, density, blur, seed);
+        let params = SimplifyContourParams { tolerance_px: tolerance, outward_only };
+        check_levels(&mask, &params, with_depths)?;
+    }
+}
+
+#[test]
+fn levels_of_a_disc_thin_out() {
+    let count = |outward_only: bool, with_depths: bool| {
+        let params = SimplifyContourParams {
+            tolerance_px: 0.5,
+            outward_only,
+        };
+        let mask = disc(400, DVec2::new(200.3, 199.1), 180.0);
+        let mut view = view_of(
+            &simplify_contours(&trace_contours(&mask), &params),
+            400,
+            with_depths,
+        );
+        levels::add_levels_to_view(&mut view, &params);
+        let contour = &view.contours[0];
+        [0, 1, 3].map(|level| contour.vertices_at(level).count())
+    };
+    // The chord of an arc of angle 2a is within r(1 − cos a) of it: twice the tolerance, 0.7 times the vertices.
+    let [whole, one, three] = count(false, false);
+    assert!(
+        one <= whole && 10 * three <= 6 * whole,
+        "{whole}, {one}, {three}"
+    );
+    // Depths that do not lie on lines keep some.
+    let [deep_whole, _, deep_three] = count(false, true);
+    assert!(
+        deep_whole == whole && deep_three > three,
+        "{deep_three} of {deep_whole}"
+    );
+    // A convex outline cannot lose a vertex and grow.
+    let [whole, _, three] = count(true, false);
+    assert!(three < whole, "{three} of {whole}");
+}
+
+#[test]
+fn the_check_of_levels_notices_what_it_is_for() {
+    let params = SimplifyContourParams::default();
+    let mask = disc(80, DVec2::splat(40.0), 33.0);
+    let traced = trace_contours(&mask);
+    let whole = simplify_contours(&traced, &params);
+    let levels_with = |tolerance_px| {
+        let mut view = view_of(&whole, 80, false);
+        let coarser = SimplifyContourParams {
+            tolerance_px,
+            ..params
+        };
+        levels::add_levels_to_view(&mut view, &coarser);
+        view
+    };
+    let check =
+        |view: &silmap_map::CapturedView| check_levels_of(view, (&mask, &traced, &whole), &params);
+    check(&levels_with(0.5)).unwrap();
+    assert!(check(&levels_with(4.0)).is_err(), "too coarse");
+    let mut view = levels_with(0.5);
+    view.contours[0].points.swap(2, 9);
+    assert!(check(&view).is_err(), "crosses itself");
+    let mut view = levels_with(0.5);
+    view.contours[0].levels.fill(0);
+    assert!(check(&view).is_err(), "no vertices");
+}

@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::{Camera, Loop, Mask};
-use silmap_map::{Interpolation, Outline, Scratch, outline};
+use silmap_map::{Detail, Interpolation, Outline, Scratch, outline};
 
 use crate::args::{ContourArgs, ContourFormat, MethodArg};
 use crate::camera::camera_from_args;
@@ -25,6 +25,8 @@ struct ContourJson<'a> {
     camera: CameraJson,
     triangle: [u32; 3],
     barycentric: [f64; 3],
+    /// Level of detail of the contours that were interpolated.
+    level: u8,
     loops: Vec<Vec<[f64; 2]>>,
     /// Of the interpolation alone with warm buffers, the median of some calls.
     seconds: f64,
@@ -72,8 +74,11 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     let mut scratch = Scratch::new(map).with_context(named)?;
     // The first call fills the buffers that later ones, a frame each, find warm.
     let method = MethodArg::resolve(args.method, map);
-    let outline = outline(map, &camera, method, &mut scratch).with_context(named)?;
-    let how = Interpolation::from(method);
+    let how = Interpolation {
+        detail: args.detail.map_or(Detail::OnScreen, Detail::Level),
+        ..Interpolation::from(method)
+    };
+    let outline = outline(map, &camera, how, &mut scratch).with_context(named)?;
     let mut times = Vec::with_capacity(TIMED_CALLS);
     for _ in 0..TIMED_CALLS {
         let since = Instant::now();
@@ -88,6 +93,7 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
         camera: CameraJson::new(&camera, camera.eye.distance(map.center)),
         triangle: map.triangles[outline.triangle as usize],
         barycentric: outline.barycentric,
+        level: outline.level,
         loops: loops_json(outline.simple_loops()),
         seconds,
     };

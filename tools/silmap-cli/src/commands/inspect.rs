@@ -48,6 +48,8 @@ struct MapJson {
     resolution: u32,
     contour_vertices_mean: f64,
     contour_vertices_max: usize,
+    /// Mean contour vertices of a view at each level of detail; null where contours have no levels.
+    level_vertices_mean: Option<Vec<f64>>,
     has_depth: bool,
     bytes: u64,
     /// Fewest views that `build --from` can go down to; null when the file has no collapse order.
@@ -107,6 +109,13 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
             resolution: map.resolution_px,
             contour_vertices_mean: total as f64 / counts.len().max(1) as f64,
             contour_vertices_max: counts.iter().copied().max().unwrap_or(0),
+            level_vertices_mean: map.has_levels().then(|| {
+                let per_view = |n: usize| n as f64 / counts.len().max(1) as f64;
+                map.level_vertex_counts()
+                    .into_iter()
+                    .map(per_view)
+                    .collect()
+            }),
             has_depth: map.has_depth(),
             bytes: sizes.map,
             fewest_views: (record.order.as_ref())
@@ -156,6 +165,7 @@ fn describe(i: &Inspection<'_>) -> String {
     let mut text = format!(
         "model     {}: {} faces, {} vertices, center {x:.5},{y:.5},{z:.5}, radius {:.5}\n\
          map       {} views, {} triangles, captured at {}², {:.0} contour vertices a view (most {}), {} bytes\n\
+         detail    {}\n\
          order     {}\n\
          hull      {} faces, {} vertices, {:.4} times the model's volume, {} bytes\n\
          textures  {} views of {}², {} bytes\n\
@@ -170,6 +180,16 @@ fn describe(i: &Inspection<'_>) -> String {
         i.map.contour_vertices_mean,
         i.map.contour_vertices_max,
         i.map.bytes,
+        match &i.map.level_vertices_mean {
+            Some(means) => {
+                let means: Vec<String> = means.iter().map(|n| format!("{n:.0}")).collect();
+                format!(
+                    "{} contour vertices a view, level by level",
+                    means.join(", ")
+                )
+            }
+            None => "one level: contours are always whole".to_owned(),
+        },
         match i.map.fewest_views {
             Some(fewest) => format!("views can be removed down to {fewest} (build --from)"),
             None => "none: views cannot be removed without the model".to_owned(),
