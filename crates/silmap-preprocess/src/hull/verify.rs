@@ -113,10 +113,9 @@ impl Look<'_> {
         let around = self.hull_tree.winding_number(p);
         // On the surface, a point belongs to the more deeply wound of the two sides.
         let skin = normal * self.skin;
-        let own = [p - skin, p + skin]
-            .map(|q| self.mesh_tree.winding_number(q))
-            .into_iter()
-            .fold(0, i32::max);
+        // That number may be negative: two sheets that lie within rounding of one another can enclose a sliver inside out.
+        let [below, above] = [p - skin, p + skin].map(|q| self.mesh_tree.winding_number(q));
+        let own = below.max(above);
         if around >= own {
             return 0.0;
         }
