@@ -27,7 +27,7 @@ const MARGINS_REL: [f64; 3] = [1e-10, 1e-8, 1e-6];
 const VAGUE_COMPACTNESS: f64 = 1e-6;
 
 /// A collapse that is allowed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Placement {
     /// Where the vertex goes.
     pub(super) position: DVec3,
