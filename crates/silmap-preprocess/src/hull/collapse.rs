@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 use silmap_geometry::bvh::{Bvh, closest_weights};
 
-use super::placement::{Guards, Neighbourhood, Placement};
+use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
 use super::surface::{Contraction, Surface};
 use super::{HullError, HullParams};
 use crate::progress::{Monitor, Stage};
@@ -99,6 +99,8 @@ struct Collapser<'a> {
     beside: Vec<u32>,
     /// Per vertex: number of the last collapse that changed a face at it.
     changed_at: Vec<u32>,
+    /// Per face; stale for faces that are gone.
+    shapes: Vec<FaceShape>,
     neighbourhood: Neighbourhood,
     face_count: usize,
     volume: f64,
@@ -136,6 +138,9 @@ pub(super) fn collapse(
         spokes: Vec::new(),
         beside: Vec::new(),
         changed_at: vec![0; surface.positions.len()],
+        shapes: (0..half_edges as u32 / 3)
+            .map(|face| FaceShape::of(&surface, face))
+            .collect(),
         neighbourhood: Neighbourhood::default(),
         face_count: half_edges / 3,
         volume,
@@ -209,7 +214,7 @@ impl Collapser<'_> {
         if valence > self.guards.max_valence || !surface.can_contract(edge) {
             return;
         }
-        self.neighbourhood.gather(surface, edge);
+        self.neighbourhood.gather(surface, &self.shapes, edge);
         if let Some(placement) = self.neighbourhood.place(surface, &self.guards, self.params) {
             self.is_queued[edge as usize] = true;
             self.placements[edge as usize] = placement;
@@ -278,7 +283,8 @@ impl Collapser<'_> {
             ..
         } = placement;
         let state = &mut self.state;
-        self.neighbourhood.gather(&state.surface, edge);
+        self.neighbourhood
+            .gather(&state.surface, &self.shapes, edge);
         let surface_point = surface_point_at(state, self.neighbourhood.faces(), position);
         let first_moved = state.moved.len();
         let contraction = state.surface.contract(edge, position, &mut state.moved);
@@ -302,6 +308,7 @@ impl Collapser<'_> {
         spokes.extend(state.surface.leaving(kept as u32));
         self.changed_at[kept] = now;
         for &spoke in &spokes {
+            self.shapes[(spoke / 3) as usize] = FaceShape::of(&self.state.surface, spoke / 3);
             self.changed_at[self.state.surface.end(spoke) as usize] = now;
         }
         let is_eager = self.face_count <= EAGER_FACES;

@@ -60,7 +60,7 @@ pub fn verify(mesh: &TriangleMesh, hull: &TriangleMesh, params: &VerifyParams) -
         hull_tree: Bvh::new(hull),
         // Beside the surface: above rounding, and below the distance that vertices of a hull keep from planes, so that no
         // other sheet lies between.
-        skin: bounds.radius * 1e-12 + bounds.center.abs().max_element() * 1e-14,
+        skin: bounds.radius * 1e-13 + bounds.center.abs().max_element() * 1e-14,
     };
     let tolerance = params.tolerance_rel * bounds.radius;
     let normals = mesh.vertex_normals();
