@@ -108,6 +108,10 @@ impl Surface {
         h.min(self.twin(h))
     }
 
+    pub(super) fn is_vertex_gone(&self, vertex: u32) -> bool {
+        self.outgoing[vertex as usize] == GONE
+    }
+
     pub(super) fn corners(&self, face: u32) -> [u32; 3] {
         [0, 1, 2].map(|k| self.origin[(face * 3 + k) as usize])
     }
