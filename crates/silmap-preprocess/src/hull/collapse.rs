@@ -42,10 +42,35 @@ pub(super) struct Step {
 /// The mesh after all collapses, and how it got there.
 #[derive(Clone, Debug)]
 pub(super) struct Collapsed {
-    pub(super) surface: Surface,
+    /// Three vertices a face of the model; [`super::surface::GONE`] for faces that are no more.
+    pub(super) origin: Vec<u32>,
+    pub(super) positions: Vec<DVec3>,
+    /// P of each vertex.
     pub(super) surface_points: Vec<DVec3>,
     pub(super) steps: Vec<Step>,
     pub(super) moved: Vec<u32>,
+}
+
+impl Collapsed {
+    /// Splits a vertex again, as far as faces go.
+    pub(super) fn undo(&self, step: &Step, origin: &mut [u32]) {
+        let contraction = &step.contraction;
+        for &h in &self.moved[step.moved.clone()] {
+            origin[h as usize] = contraction.removed;
+        }
+        for (face, corners) in contraction.faces {
+            let first = face as usize * 3;
+            origin[first..first + 3].copy_from_slice(&corners);
+        }
+    }
+}
+
+/// The mesh while it shrinks.
+struct State {
+    surface: Surface,
+    surface_points: Vec<DVec3>,
+    steps: Vec<Step>,
+    moved: Vec<u32>,
 }
 
 /// An edge in the queue.
@@ -84,7 +109,7 @@ struct Collapser<'a> {
     params: &'a HullParams,
     guards: Guards,
     original: &'a Bvh,
-    state: Collapsed,
+    state: State,
     queue: BinaryHeap<Reverse<Entry>>,
     /// Per half-edge: whether the edge of that name is in the queue.
     is_queued: Vec<bool>,
@@ -146,7 +171,7 @@ pub(super) fn collapse(
         volume,
         original_volume: volume.abs(),
         distance: 0.0,
-        state: Collapsed {
+        state: State {
             surface_points: surface.positions.clone(),
             steps: Vec::with_capacity(half_edges / 6),
             moved: Vec::with_capacity(half_edges / 2),
@@ -161,7 +186,19 @@ pub(super) fn collapse(
         collapser.fill_queue(monitor)?;
         collapser.run(limits, monitor)?;
     }
-    Ok(collapser.state)
+    let State {
+        surface,
+        surface_points,
+        steps,
+        moved,
+    } = collapser.state;
+    Ok(Collapsed {
+        origin: surface.origin,
+        positions: surface.positions,
+        surface_points,
+        steps,
+        moved,
+    })
 }
 
 impl Guards {
@@ -332,7 +369,7 @@ impl Collapser<'_> {
 }
 
 /// P of a new vertex: P of the old surface, interpolated at its point closest to the vertex.
-fn surface_point_at(state: &Collapsed, faces: &[[u32; 3]], position: DVec3) -> DVec3 {
+fn surface_point_at(state: &State, faces: &[[u32; 3]], position: DVec3) -> DVec3 {
     let mut best = (f64::INFINITY, position);
     for face in faces {
         let corners = face.map(|v| state.surface.position(v));

@@ -11,6 +11,7 @@ mod coarse;
 mod collapse;
 mod placement;
 mod progressive;
+mod sequence;
 mod surface;
 mod tighten;
 mod verify;
@@ -24,6 +25,7 @@ use surface::Surface;
 
 pub use coarse::RoundedHull;
 pub use progressive::{HullLevel, LevelSummary, ProgressiveHull};
+pub use sequence::{MAGIC as SEQUENCE_MAGIC, SequenceError};
 pub use tighten::Tightening;
 pub use verify::{VerifyParams, VerifyReport, verify};
 

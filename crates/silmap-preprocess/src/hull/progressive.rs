@@ -78,6 +78,26 @@ impl ProgressiveHull {
         }))
     }
 
+    /// Faces of the coarsest level that keeps to a volume over the model's and a distance from it, in its units; where none
+    /// is given, any will do. The model itself keeps to both.
+    #[must_use]
+    pub fn faces_within(&self, volume_ratio: Option<f64>, distance: Option<f64>) -> usize {
+        self.summaries()
+            .take_while(|level| {
+                let is_far = distance.is_some_and(|d| level.distance > d);
+                let is_large = volume_ratio.is_some_and(|most| {
+                    if self.is_inner {
+                        level.volume_ratio < most
+                    } else {
+                        level.volume_ratio > most
+                    }
+                });
+                !is_far && !is_large
+            })
+            .last()
+            .map_or(self.original_faces, |level| level.faces)
+    }
+
     /// The finest level of at most `faces` faces; the coarsest of all when none is that small.
     #[must_use]
     pub fn level(&self, faces: usize) -> HullLevel {
@@ -122,21 +142,13 @@ impl ProgressiveHull {
     /// The collapsed surface after the first `done` collapses: corners of faces, positions, P.
     fn undone(&self, done: usize) -> (Vec<u32>, Vec<DVec3>, Vec<DVec3>) {
         let steps = &self.collapsed.steps;
-        let mut origin = self.collapsed.surface.origin.clone();
-        let mut positions = self.collapsed.surface.positions.clone();
+        let mut origin = self.collapsed.origin.clone();
+        let mut positions = self.collapsed.positions.clone();
         let mut surface_points = self.collapsed.surface_points.clone();
         for step in steps[done..].iter().rev() {
-            let contraction = &step.contraction;
-            for &h in &self.collapsed.moved[step.moved.clone()] {
-                origin[h as usize] = contraction.removed;
-            }
-            for (face, corners) in contraction.faces {
-                let first = face as usize * 3;
-                origin[first..first + 3].copy_from_slice(&corners);
-            }
-            let ends = [contraction.kept, contraction.removed];
-            for (k, vertex) in ends.into_iter().enumerate() {
-                positions[vertex as usize] = contraction.positions[k];
+            self.collapsed.undo(step, &mut origin);
+            for (k, (vertex, position)) in step.contraction.ends().into_iter().enumerate() {
+                positions[vertex as usize] = position;
                 surface_points[vertex as usize] = step.surface_points[k];
             }
         }
