@@ -59,6 +59,12 @@ impl ProgressiveHull {
         self.original_faces - 2 * self.collapsed.steps.len()
     }
 
+    /// Whether the model encloses the hulls, rather than the other way about.
+    #[must_use]
+    pub fn is_inner(&self) -> bool {
+        self.is_inner
+    }
+
     /// All levels, finest first, each with two faces less than the one before.
     pub fn summaries(&self) -> impl Iterator<Item = LevelSummary> + '_ {
         let mut volume = self.original_volume;
