@@ -36,17 +36,13 @@ const UNSURE_REL: f64 = 1e-12;
 pub(super) struct Model<'a> {
     mesh: &'a TriangleMesh,
     tree: &'a Bvh,
-    /// Per vertex: the last gathering that took it, and its place in `points` then.
-    taken: Vec<(u32, u32)>,
+    /// Per vertex: the last gathering that took it.
+    taken: Vec<u32>,
     gathering: u32,
     /// Relative to the patch's origin.
     points: Vec<DVec3>,
-    /// The same as they are stored.
-    places: Vec<DVec3>,
-    /// By their corners' places in `points`.
-    triangles: Vec<[u32; 3]>,
-    /// Heights of the points above each face of the fan.
-    heights: Vec<f64>,
+    /// Faces of the model that cross the face looked at last.
+    crossing: Vec<u32>,
     /// Which points constrain the vertex already, for each face.
     is_asked: Vec<bool>,
     half_spaces: Vec<HalfSpace>,
@@ -58,12 +54,10 @@ impl<'a> Model<'a> {
         Self {
             mesh,
             tree,
-            taken: vec![(0, 0); mesh.positions.len()],
+            taken: vec![0; mesh.positions.len()],
             gathering: 0,
             points: Vec::new(),
-            places: Vec::new(),
-            triangles: Vec::new(),
-            heights: Vec::new(),
+            crossing: Vec::new(),
             is_asked: Vec::new(),
             half_spaces: Vec::new(),
             polygon: [Vec::new(), Vec::new()],
@@ -99,7 +93,6 @@ impl<'a> Model<'a> {
                 });
             }
         }
-        self.measure(patch, start);
         self.take_points_beneath(patch, start);
         for _ in 0..ROUNDS {
             let bound = patch.radius * BOUND;
@@ -110,7 +103,6 @@ impl<'a> Model<'a> {
             };
             // As it will be stored.
             let at = (patch.origin + best) - patch.origin;
-            self.measure(patch, at);
             if !self.take_crossings(patch, at) {
                 return Some(at);
             }
@@ -121,17 +113,10 @@ impl<'a> Model<'a> {
 
     /// Whether the fan's faces cross nothing of what was gathered last.
     pub(super) fn is_clear(&mut self, patch: &Patch, at: DVec3) -> bool {
-        self.measure(patch, at);
-        let apex = patch.origin + at;
-        (0..patch.ring.len()).all(|k| {
-            let [from, to] = patch.ring_places[k];
-            let face = [from, to, apex];
-            let is_crossed = self.crossing(patch, k, face).next().is_some();
-            !is_crossed
-        })
+        (0..patch.ring.len()).all(|k| !self.find_crossing(patch, k, at))
     }
 
-    /// Collects the triangles that any allowed fan may meet, and their vertices.
+    /// Collects the vertices of all triangles that an allowed fan may meet.
     fn gather(&mut self, patch: &Patch) {
         let (low, high) = patch.bounds();
         let reach = DVec3::splat(REACH * patch.radius * (1.0 + 1e-9));
@@ -139,36 +124,19 @@ impl<'a> Model<'a> {
         let high = high.max(patch.origin + reach);
         self.gathering += 1;
         self.points.clear();
-        self.places.clear();
-        self.triangles.clear();
         self.tree.overlapping_faces(low, high, |f| {
-            let corners = self.mesh.faces[f as usize].map(|v| {
+            for v in self.mesh.faces[f as usize] {
                 let taken = &mut self.taken[v as usize];
-                if taken.0 != self.gathering {
-                    *taken = (self.gathering, self.points.len() as u32);
-                    let place = self.mesh.positions[v as usize];
-                    self.points.push(place - patch.origin);
-                    self.places.push(place);
+                if *taken != self.gathering {
+                    *taken = self.gathering;
+                    self.points
+                        .push(self.mesh.positions[v as usize] - patch.origin);
                 }
-                taken.1
-            });
-            self.triangles.push(corners);
+            }
         });
         self.is_asked.clear();
         self.is_asked
             .resize(self.points.len() * patch.ring.len(), false);
-    }
-
-    /// Works out how high each point is above each face of the fan to `at`; not a number above a face without area.
-    fn measure(&mut self, patch: &Patch, at: DVec3) {
-        self.heights.clear();
-        for &[from, to] in &patch.ring {
-            let normal = (to - from).cross(at - from);
-            let normal = normal / normal.length();
-            let base = normal.dot(from);
-            let heights = self.points.iter().map(|p| normal.dot(*p) - base);
-            self.heights.extend(heights);
-        }
     }
 
     /// Constrains the vertex by the model's vertices beneath the faces of the fan to `at`.
@@ -181,7 +149,7 @@ impl<'a> Model<'a> {
             };
             for (i, &point) in self.points.iter().enumerate() {
                 let place = k * count + i;
-                let height = self.heights[place];
+                let height = prism.normal.dot(point - from);
                 if height <= 0.0 && height > -deep && !self.is_asked[place] && prism.holds(point) {
                     self.is_asked[place] = true;
                     let constraint = above([from, to], point, patch.radius);
@@ -193,61 +161,60 @@ impl<'a> Model<'a> {
 
     /// Constrains the vertex where faces of the fan to `at` cross the model; false when none does.
     fn take_crossings(&mut self, patch: &Patch, at: DVec3) -> bool {
-        let apex = patch.origin + at;
         let mut is_crossed = false;
-        let mut half_spaces = std::mem::take(&mut self.half_spaces);
-        let mut polygon = std::mem::take(&mut self.polygon);
         for (k, &[from, to]) in patch.ring.iter().enumerate() {
-            let prism = Prism::on([from, to, at]);
-            let face = [patch.ring_places[k][0], patch.ring_places[k][1], apex];
-            for triangle in self.crossing(patch, k, face) {
-                is_crossed = true;
-                let Some(prism) = &prism else {
-                    continue;
-                };
-                polygon[0].clear();
-                polygon[0].extend(triangle.map(|i| self.points[i as usize]));
-                prism.clip(&mut polygon);
-                for &point in &polygon[0] {
+            if !self.find_crossing(patch, k, at) {
+                continue;
+            }
+            is_crossed = true;
+            let Some(prism) = Prism::on([from, to, at]) else {
+                continue;
+            };
+            for &f in &self.crossing {
+                let corners = self.mesh.corners(f as usize);
+                self.polygon[0].clear();
+                self.polygon[0].extend(corners.map(|p| p - patch.origin));
+                prism.clip(&mut self.polygon);
+                for &point in &self.polygon[0] {
                     if prism.normal.dot(point - from) > 0.0 {
-                        half_spaces.extend(above([from, to], point, patch.radius));
+                        self.half_spaces
+                            .extend(above([from, to], point, patch.radius));
                     }
                 }
             }
         }
-        self.half_spaces = half_spaces;
-        self.polygon = polygon;
         is_crossed
     }
 
-    /// The triangles that cross face `k` of the fan that was measured last.
-    fn crossing<'b>(
-        &'b self,
-        patch: &'b Patch,
-        k: usize,
-        face: [DVec3; 3],
-    ) -> impl Iterator<Item = [u32; 3]> + 'b {
-        let count = self.points.len();
-        let heights = &self.heights[k * count..][..count];
-        let (low, high) = bounds(face.map(|p| p - patch.origin));
-        // Rounding decides nothing: what is within this of the plane goes to the exact test.
+    /// Lists the triangles that cross face `k` of the fan to `at`; false when there are none.
+    fn find_crossing(&mut self, patch: &Patch, k: usize, at: DVec3) -> bool {
+        self.crossing.clear();
+        let [from, to] = patch.ring[k];
+        let normal = (to - from).cross(at - from);
+        let normal = normal / normal.length();
+        let base = normal.dot(from);
+        // Rounding decides nothing: what is within this of the plane goes to the exact test, and so does everything
+        // where the face has no area and heights are not numbers.
         let unsure =
             patch.radius * UNSURE_REL + patch.origin.abs().max_element() * (8.0 * f64::EPSILON);
-        let (low, high) = (low - DVec3::splat(unsure), high + DVec3::splat(unsure));
-        self.triangles.iter().copied().filter(move |triangle| {
-            let [a, b, c] = triangle.map(|i| heights[i as usize]);
-            // A face without area has no heights: the exact test decides.
-            if (a > unsure && b > unsure && c > unsure)
-                || (a < -unsure && b < -unsure && c < -unsure)
-            {
-                return false;
+        let [p, q] = patch.ring_places[k];
+        let face = [p, q, patch.origin + at];
+        let (low, high) = bounds(face);
+        let sides = [(from, to), (to, at), (at, from)]
+            .map(|(p, q)| (p, normal.cross(q - p).normalize_or_zero()));
+        self.tree.overlapping_faces(low, high, |f| {
+            let corners = self.mesh.corners(f as usize);
+            let local = corners.map(|p| p - patch.origin);
+            let heights = local.map(|p| normal.dot(p) - base);
+            let is_beside = heights.iter().all(|&h| h > unsure)
+                || heights.iter().all(|&h| h < -unsure)
+                || (sides.iter())
+                    .any(|&(on, inwards)| local.iter().all(|&p| inwards.dot(p - on) < -unsure));
+            if !is_beside && triangles_cross(face, corners) {
+                self.crossing.push(f);
             }
-            let [p, q, r] = triangle.map(|i| self.points[i as usize]);
-            let (l, h) = bounds([p, q, r]);
-            l.cmple(high).all()
-                && low.cmple(h).all()
-                && triangles_cross(face, triangle.map(|i| self.places[i as usize]))
-        })
+        });
+        !self.crossing.is_empty()
     }
 }
 
