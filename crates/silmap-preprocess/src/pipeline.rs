@@ -17,7 +17,7 @@ use thiserror::Error;
 
 use crate::capture::{CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
-use crate::hull::{self, HullError, HullParams};
+use crate::hull::{self, HullError, HullParams, Tightening};
 use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{SimplifyMapError, SimplifyMapParams, SimplifyMapReport, simplify};
@@ -42,6 +42,8 @@ pub struct BuildParams {
     pub map: SimplifyMapParams,
     /// The coarse hull.
     pub hull: HullParams,
+    /// How much work goes into making it tighter than its collapses leave it.
+    pub tightening: Tightening,
     /// What it is painted with.
     pub textures: TextureParams,
 }
@@ -56,6 +58,7 @@ impl Default for BuildParams {
             tolerance_px: SimplifyContourParams::default().tolerance_px,
             map: SimplifyMapParams::default(),
             hull: HullParams::default(),
+            tightening: Tightening::Fast,
             textures: TextureParams::default(),
         }
     }
@@ -170,7 +173,9 @@ pub fn build(
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
         let sequence = hull::build(model, &params.hull, monitor)?;
-        Ok::<_, HullError>(sequence.coarse_hull(params.hull.target_faces as usize))
+        let faces = params.hull.target_faces as usize;
+        let level = sequence.tightened_level(faces, params.tightening, monitor)?;
+        Ok::<_, HullError>(level.round().hull)
     })?;
     let textures = timed(&mut seconds.textures, || {
         texture::bake(model, &tree, &hull, &params.textures, monitor)

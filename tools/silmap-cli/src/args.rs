@@ -9,6 +9,7 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap, ViewContour};
+use silmap_preprocess::hull::Tightening;
 
 use crate::values::{
     Backdrop, Length, Share, Size, parse_backdrop, parse_length, parse_point, parse_positive,
@@ -232,7 +233,7 @@ pub(crate) struct BuildArgs {
     /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units
     #[arg(long, value_name = "LENGTH", default_value = "3R", value_parser = parse_length)]
     pub(crate) radius: Length,
-    /// Faces of the coarse hull
+    /// Faces of the coarse hull; it is tightened as by `silmap hull --tighten fast`
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(4..))]
     pub(crate) faces: u32,
     /// Pictures of the model that are projected onto the hull
@@ -467,14 +468,38 @@ pub(crate) struct ReportArgs {
     pub(crate) output: OutputArgs,
 }
 
+/// How much work goes into making a hull tighter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TightenArg {
+    /// None: every hull of fewer faces encloses those of more
+    Off,
+    /// Vertices are placed anew against the model: about twice the time
+    Fast,
+    /// Edges are collapsed against the model too: about ten times the time
+    Best,
+}
+
+impl From<TightenArg> for Tightening {
+    fn from(tighten: TightenArg) -> Self {
+        match tighten {
+            TightenArg::Off => Self::Off,
+            TightenArg::Fast => Self::Fast,
+            TightenArg::Best => Self::Best,
+        }
+    }
+}
+
 /// Makes a coarse mesh that encloses a model.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   silmap hull bunny.ply --close-holes --faces 500 --verify -o hull.obj
+  silmap hull bunny.ply --close-holes --tighten best --strip levels.png -o hull.obj
+  silmap hull bunny.ply --close-holes --faces 100 --sequence bunny.hulls -o hull.obj
+  silmap hull bunny.hulls --faces 300 -o finer.obj
   silmap hull bunny.ply --close-holes --volume-ratio 1.05 -o hull.glb")]
 pub(crate) struct HullArgs {
-    /// The mesh
+    /// The mesh, or a sequence saved by --sequence
     pub(crate) model: PathBuf,
     /// The hull to write: .obj, .ply or .glb
     #[arg(short, long, value_name = "HULL")]
@@ -491,6 +516,15 @@ pub(crate) struct HullArgs {
     /// Stop before a vertex is farther than this from the model; 0.01R is a hundredth of its bounding sphere's radius
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) max_distance: Option<Length>,
+    /// Make the hull tighter than its collapses leave it; it encloses the model all the same
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = TightenArg::Off)]
+    pub(crate) tighten: TightenArg,
+    /// Save the whole sequence of hulls: any level comes out of it again without the work
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sequence: Option<PathBuf>,
+    /// Draw the model and hulls of ever fewer faces side by side
+    #[arg(long, value_name = "IMG.png")]
+    pub(crate) strip: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// Check independently that nothing of the model is outside

@@ -10,6 +10,7 @@ mod measure;
 mod output;
 mod pictures;
 mod progress;
+mod strip;
 mod values;
 
 use std::process::ExitCode;

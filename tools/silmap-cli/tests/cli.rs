@@ -535,6 +535,84 @@ fn hull_says_what_scripts_read_and_writes_every_format() {
 }
 
 #[test]
+fn a_saved_sequence_gives_the_same_hulls_and_a_strip_shows_them() {
+    let (model, folder) = (path(&fixture().model), scratch("sequence"));
+    let [fresh, again] = ["fresh.obj", "again.obj"].map(|name| folder.join(name));
+    let (sequence, strip) = (folder.join("all.hulls"), folder.join("strip.png"));
+    let made = run_json(&[
+        "hull",
+        model,
+        "--faces",
+        "100",
+        "--sequence",
+        path(&sequence),
+        "--strip",
+        path(&strip),
+        "-o",
+        path(&fresh),
+        "--json",
+    ]);
+    assert_eq!(made["faces"], 100);
+    let picture = fs::read(&strip).unwrap();
+    assert!(picture.starts_with(b"\x89PNG"));
+    let taken = run_json(&[
+        "hull",
+        path(&sequence),
+        "--faces",
+        "100",
+        "-o",
+        path(&again),
+        "--json",
+    ]);
+    assert_eq!(taken["volume_ratio"], made["volume_ratio"]);
+    assert_eq!(fs::read(&fresh).unwrap(), fs::read(&again).unwrap());
+    let finer = run_json(&[
+        "hull",
+        path(&sequence),
+        "--volume-ratio",
+        "1.05",
+        "--verify",
+        "-o",
+        path(&again),
+        "--json",
+    ]);
+    assert!(finer["faces"].as_u64() > made["faces"].as_u64());
+    assert!(finer["volume_ratio"].as_f64().unwrap() <= 1.05 + 1e-6);
+    assert_eq!(finer["verified"], true);
+    let mut bytes = fs::read(&sequence).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&sequence, &bytes).unwrap();
+    let ended = run(&["hull", path(&sequence), "-o", path(&again)]);
+    check_one_sentence(&ended, path(&sequence));
+    assert!(ended.err.contains("damaged"), "{}", ended.err);
+}
+
+#[test]
+fn tightened_hulls_are_smaller_and_verified() {
+    let (model, folder) = (path(&fixture().model), scratch("tighten"));
+    let out = folder.join("hull.ply");
+    let ratios = ["off", "fast", "best"].map(|how| {
+        let hull = run_json(&[
+            "hull",
+            model,
+            "--faces",
+            "150",
+            "--tighten",
+            how,
+            "--verify",
+            "-o",
+            path(&out),
+            "--json",
+        ]);
+        assert_eq!(hull["verified"], true, "{how}: {hull}");
+        hull["volume_ratio"].as_f64().unwrap()
+    });
+    let [off, fast, best] = ratios;
+    assert!(fast < off && best <= fast, "{ratios:?}");
+}
+
+#[test]
 fn a_model_and_its_hull_keep_their_colours() {
     let folder = scratch("colours");
     let (model, hull) = (folder.join("organic.obj"), folder.join("hull.ply"));

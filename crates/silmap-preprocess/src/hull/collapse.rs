@@ -10,13 +10,17 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 use silmap_geometry::bvh::{Bvh, closest_weights};
 
-use super::placement::{Guards, Neighbourhood, Placement};
+use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
 use super::surface::{Contraction, Surface};
 use super::{HullError, HullParams};
 use crate::progress::{Monitor, Stage};
 
 /// Collapses between two looks at the monitor: a few milliseconds.
 const MONITOR_STRIDE: usize = 512;
+
+/// From this many faces on, every edge whose surroundings changed is looked at again at once: the last collapses add most
+/// of the volume, and a stale queue costs a sixth of it. Independent of the goal, so that a coarser hull continues a finer.
+const EAGER_FACES: usize = 3000;
 
 /// Most volume that one collapse may add, in volumes of the model per face of the hull: more is a spike, not a hull.
 const STEP_SHARE: f64 = 6.0;
@@ -38,27 +42,52 @@ pub(super) struct Step {
 /// The mesh after all collapses, and how it got there.
 #[derive(Clone, Debug)]
 pub(super) struct Collapsed {
-    pub(super) surface: Surface,
+    /// Three vertices a face of the model; [`super::surface::GONE`] for faces that are no more.
+    pub(super) origin: Vec<u32>,
+    pub(super) positions: Vec<DVec3>,
+    /// P of each vertex.
     pub(super) surface_points: Vec<DVec3>,
     pub(super) steps: Vec<Step>,
     pub(super) moved: Vec<u32>,
 }
 
+impl Collapsed {
+    /// Splits a vertex again, as far as faces go.
+    pub(super) fn undo(&self, step: &Step, origin: &mut [u32]) {
+        let contraction = &step.contraction;
+        for &h in &self.moved[step.moved.clone()] {
+            origin[h as usize] = contraction.removed;
+        }
+        for (face, corners) in contraction.faces {
+            let first = face as usize * 3;
+            origin[first..first + 3].copy_from_slice(&corners);
+        }
+    }
+}
+
+/// The mesh while it shrinks.
+struct State {
+    surface: Surface,
+    surface_points: Vec<DVec3>,
+    steps: Vec<Step>,
+    moved: Vec<u32>,
+}
+
 /// An edge in the queue.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
+    priority: f64,
     edge: u32,
-    /// Number of collapses when it was looked at.
-    looked_at: u32,
-    placement: Placement,
+    /// How often the edge had been looked at by then: an entry of an earlier look is void.
+    look: u32,
 }
 
 impl Ord for Entry {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.placement
-            .priority
-            .total_cmp(&other.placement.priority)
+        self.priority
+            .total_cmp(&other.priority)
             .then(self.edge.cmp(&other.edge))
+            .then(self.look.cmp(&other.look))
     }
 }
 
@@ -80,12 +109,23 @@ struct Collapser<'a> {
     params: &'a HullParams,
     guards: Guards,
     original: &'a Bvh,
-    state: Collapsed,
+    state: State,
     queue: BinaryHeap<Reverse<Entry>>,
     /// Per half-edge: whether the edge of that name is in the queue.
     is_queued: Vec<bool>,
+    /// Per half-edge: how often the edge of that name was looked at.
+    looks: Vec<u32>,
+    /// Per half-edge: number of collapses at the last look.
+    last_look: Vec<u32>,
+    /// Per half-edge: where the vertex would go, as last looked at.
+    placements: Vec<Placement>,
+    /// Scratch of a collapse: half-edges around its vertex, and around a neighbour of it.
+    spokes: Vec<u32>,
+    beside: Vec<u32>,
     /// Per vertex: number of the last collapse that changed a face at it.
     changed_at: Vec<u32>,
+    /// Per face; stale for faces that are gone.
+    shapes: Vec<FaceShape>,
     neighbourhood: Neighbourhood,
     face_count: usize,
     volume: f64,
@@ -117,13 +157,21 @@ pub(super) fn collapse(
         original,
         queue: BinaryHeap::with_capacity(half_edges / 2),
         is_queued: vec![false; half_edges],
+        looks: vec![0; half_edges],
+        last_look: vec![0; half_edges],
+        placements: vec![Placement::default(); half_edges],
+        spokes: Vec::new(),
+        beside: Vec::new(),
         changed_at: vec![0; surface.positions.len()],
+        shapes: (0..half_edges as u32 / 3)
+            .map(|face| FaceShape::of(&surface, face))
+            .collect(),
         neighbourhood: Neighbourhood::default(),
         face_count: half_edges / 3,
         volume,
         original_volume: volume.abs(),
         distance: 0.0,
-        state: Collapsed {
+        state: State {
             surface_points: surface.positions.clone(),
             steps: Vec::with_capacity(half_edges / 6),
             moved: Vec::with_capacity(half_edges / 2),
@@ -138,7 +186,19 @@ pub(super) fn collapse(
         collapser.fill_queue(monitor)?;
         collapser.run(limits, monitor)?;
     }
-    Ok(collapser.state)
+    let State {
+        surface,
+        surface_points,
+        steps,
+        moved,
+    } = collapser.state;
+    Ok(Collapsed {
+        origin: surface.origin,
+        positions: surface.positions,
+        surface_points,
+        steps,
+        moved,
+    })
 }
 
 impl Guards {
@@ -183,19 +243,22 @@ impl Collapser<'_> {
     /// Puts an edge into the queue if it may be collapsed.
     fn look_at(&mut self, edge: u32) {
         self.is_queued[edge as usize] = false;
+        self.looks[edge as usize] += 1;
+        self.last_look[edge as usize] = self.state.steps.len() as u32;
         let surface = &mut self.state.surface;
         let ends = [surface.start(edge), surface.end(edge)];
         let valence = surface.valence(ends[0]) + surface.valence(ends[1]) - 4;
         if valence > self.guards.max_valence || !surface.can_contract(edge) {
             return;
         }
-        self.neighbourhood.gather(surface, edge);
+        self.neighbourhood.gather(surface, &self.shapes, edge);
         if let Some(placement) = self.neighbourhood.place(surface, &self.guards, self.params) {
             self.is_queued[edge as usize] = true;
+            self.placements[edge as usize] = placement;
             self.queue.push(Reverse(Entry {
+                priority: placement.priority,
                 edge,
-                looked_at: self.state.steps.len() as u32,
-                placement,
+                look: self.looks[edge as usize],
             }));
         }
     }
@@ -207,13 +270,16 @@ impl Collapser<'_> {
             };
             let surface = &mut self.state.surface;
             // A name may have died, or passed to another half-edge of the same edge, which then is in the queue itself.
-            if surface.is_gone(entry.edge) || surface.edge(entry.edge) != entry.edge {
+            if surface.is_gone(entry.edge)
+                || surface.edge(entry.edge) != entry.edge
+                || self.looks[entry.edge as usize] != entry.look
+            {
                 continue;
             }
             let ends = [surface.start(entry.edge), surface.end(entry.edge)];
             let is_fresh = ends
                 .iter()
-                .all(|&v| self.changed_at[v as usize] <= entry.looked_at);
+                .all(|&v| self.changed_at[v as usize] <= self.last_look[entry.edge as usize]);
             if !is_fresh {
                 self.look_at(entry.edge);
                 continue;
@@ -221,14 +287,15 @@ impl Collapser<'_> {
             self.is_queued[entry.edge as usize] = false;
             // A neighbour of the edge may have lost faces although the edge's own faces are as they were.
             let most = STEP_SHARE * self.original_volume / self.face_count as f64;
+            let placement = self.placements[entry.edge as usize];
             if !surface.can_contract(entry.edge)
-                || entry.placement.added_volume > most
-                || self.volume + entry.placement.added_volume > limits.volume
-                || !self.is_near(entry.placement.position, limits.distance)
+                || placement.added_volume > most
+                || self.volume + placement.added_volume > limits.volume
+                || !self.is_near(placement.position, limits.distance)
             {
                 continue;
             }
-            self.contract(entry);
+            self.contract(entry.edge, placement);
             let done = self.state.steps.len();
             if done.is_multiple_of(MONITOR_STRIDE) {
                 monitor.check()?;
@@ -246,19 +313,18 @@ impl Collapser<'_> {
                 .is_some()
     }
 
-    fn contract(&mut self, entry: Entry) {
+    fn contract(&mut self, edge: u32, placement: Placement) {
         let Placement {
             position,
             added_volume,
             ..
-        } = entry.placement;
+        } = placement;
         let state = &mut self.state;
-        self.neighbourhood.gather(&state.surface, entry.edge);
+        self.neighbourhood
+            .gather(&state.surface, &self.shapes, edge);
         let surface_point = surface_point_at(state, self.neighbourhood.faces(), position);
         let first_moved = state.moved.len();
-        let contraction = state
-            .surface
-            .contract(entry.edge, position, &mut state.moved);
+        let contraction = state.surface.contract(edge, position, &mut state.moved);
         let (kept, removed) = (contraction.kept as usize, contraction.removed as usize);
         self.distance = self.distance.max(position.distance(surface_point));
         self.volume += added_volume;
@@ -273,27 +339,37 @@ impl Collapser<'_> {
         state.surface_points[kept] = surface_point;
 
         let now = state.steps.len() as u32;
-        let spokes: Vec<u32> = state.surface.leaving(kept as u32).collect();
+        let mut spokes = std::mem::take(&mut self.spokes);
+        let mut beside = std::mem::take(&mut self.beside);
+        spokes.clear();
+        spokes.extend(state.surface.leaving(kept as u32));
         self.changed_at[kept] = now;
         for &spoke in &spokes {
+            self.shapes[(spoke / 3) as usize] = FaceShape::of(&self.state.surface, spoke / 3);
             self.changed_at[self.state.surface.end(spoke) as usize] = now;
         }
+        let is_eager = self.face_count <= EAGER_FACES;
         // Edges that were refused before may be allowed now.
         for &spoke in &spokes {
             let end = self.state.surface.end(spoke);
-            let around: Vec<u32> = self.state.surface.leaving(end).collect();
-            for h in around {
+            beside.clear();
+            beside.extend(self.state.surface.leaving(end));
+            for &h in &beside {
                 let edge = self.state.surface.edge(h);
-                if !self.is_queued[edge as usize] {
+                // Each edge once: those between two vertices of the ring would come up twice.
+                let is_old = self.last_look[edge as usize] < now;
+                if (is_eager && is_old) || !self.is_queued[edge as usize] {
                     self.look_at(edge);
                 }
             }
         }
+        self.spokes = spokes;
+        self.beside = beside;
     }
 }
 
 /// P of a new vertex: P of the old surface, interpolated at its point closest to the vertex.
-fn surface_point_at(state: &Collapsed, faces: &[[u32; 3]], position: DVec3) -> DVec3 {
+fn surface_point_at(state: &State, faces: &[[u32; 3]], position: DVec3) -> DVec3 {
     let mut best = (f64::INFINITY, position);
     for face in faces {
         let corners = face.map(|v| state.surface.position(v));

@@ -11,7 +11,9 @@ mod coarse;
 mod collapse;
 mod placement;
 mod progressive;
+mod sequence;
 mod surface;
+mod tighten;
 mod verify;
 
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
@@ -23,6 +25,8 @@ use surface::Surface;
 
 pub use coarse::RoundedHull;
 pub use progressive::{HullLevel, LevelSummary, ProgressiveHull};
+pub use sequence::{MAGIC as SEQUENCE_MAGIC, SequenceError};
+pub use tighten::Tightening;
 pub use verify::{VerifyParams, VerifyReport, verify};
 
 /// What hull to make.
@@ -142,16 +146,18 @@ pub fn build(
         Stage::Hull,
         mesh.faces.len().saturating_sub(limits.faces) as u64,
     );
-    let surface = Surface::new(scaled.positions, &scaled.faces);
+    let surface = Surface::new(scaled.positions.clone(), &scaled.faces);
     let collapsed = collapse::collapse(surface, &original, volume, &limits, params, monitor)?;
     monitor.finish(Stage::Hull);
     Ok(ProgressiveHull {
         collapsed,
+        scaled,
         original,
         original_faces: mesh.faces.len(),
         original_volume: volume,
         unit,
         is_inner: params.inner,
+        distance_limit: limits.distance,
     })
 }
 

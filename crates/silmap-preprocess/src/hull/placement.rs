@@ -27,7 +27,7 @@ const MARGINS_REL: [f64; 3] = [1e-10, 1e-8, 1e-6];
 const VAGUE_COMPACTNESS: f64 = 1e-6;
 
 /// A collapse that is allowed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Placement {
     /// Where the vertex goes.
     pub(super) position: DVec3,
@@ -50,16 +50,45 @@ pub(super) struct Guards {
     pub(super) max_reach: f64,
 }
 
+/// What placing vertices asks of a face, kept so that it is worked out once for the dozen edges that ask.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FaceShape {
+    /// Twice the vector area.
+    cross: DVec3,
+    /// Of unit length; zero when the face has no area.
+    normal: DVec3,
+    compactness: f64,
+}
+
+impl FaceShape {
+    pub(super) fn of(surface: &Surface, face: u32) -> Self {
+        let [a, b, c] = surface.corners(face).map(|v| surface.position(v));
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let cross = ca.cross(ab);
+        Self {
+            cross,
+            normal: cross.normalize_or_zero(),
+            compactness: compactness(
+                cross.length(),
+                ab.length_squared() + bc.length_squared() + ca.length_squared(),
+            ),
+        }
+    }
+}
+
 /// The faces around an edge, relative to its middle.
 #[derive(Debug, Default)]
 pub(super) struct Neighbourhood {
     origin: DVec3,
-    /// Largest distance of a ring vertex from the origin.
+    /// Largest distance of a vertex from the origin.
     radius: f64,
     /// Vertex ids of all faces.
     faces: Vec<[u32; 3]>,
-    /// Twice the vector area, and a corner, of each face.
-    planes: Vec<(DVec3, DVec3)>,
+    /// On or outside each face's plane.
+    planes: Vec<HalfSpace>,
+    /// Six times the volume between the old faces and a new vertex: this times the vertex, less `base`.
+    gradient: DVec3,
+    base: f64,
     /// Start and end of each ring edge, and unit normal and compactness of its face.
     ring: Vec<RingEdge>,
     half_spaces: Vec<HalfSpace>,
@@ -83,7 +112,8 @@ fn compactness(cross_length: f64, sides_squared: f64) -> f64 {
 }
 
 impl Neighbourhood {
-    pub(super) fn gather(&mut self, surface: &Surface, h: u32) {
+    /// Takes in the faces around the edge of `h`; `shapes` are those of all faces.
+    pub(super) fn gather(&mut self, surface: &Surface, shapes: &[FaceShape], h: u32) {
         let twin = surface.twin(h);
         self.origin = surface
             .position(surface.start(h))
@@ -91,36 +121,40 @@ impl Neighbourhood {
         self.faces.clear();
         self.planes.clear();
         self.ring.clear();
-        self.radius = 0.0;
+        (self.gradient, self.base) = (DVec3::ZERO, 0.0);
+        let mut radius_squared = 0.0_f64;
         for opposite in surface.ring(h) {
-            let (plane, edge) = self.push_face(surface, opposite);
-            let normal = plane.normalize_or_zero();
+            let shape = &shapes[(opposite / 3) as usize];
+            let (ids, from) = self.push_face(surface, shape, opposite);
+            let to = surface.position(ids[1]) - self.origin;
+            radius_squared = radius_squared.max(from.length_squared());
             self.ring.push(RingEdge {
-                from: edge[0],
-                to: edge[1],
-                normal,
-                compactness: edge[2].x,
+                from,
+                to,
+                normal: shape.normal,
+                compactness: shape.compactness,
             });
         }
+        self.radius = radius_squared.sqrt();
         for side in [next(h), next(twin)] {
-            self.push_face(surface, side);
+            self.push_face(surface, &shapes[(side / 3) as usize], side);
         }
     }
 
-    /// Adds the face of a half-edge; returns its cross product, and the half-edge's ends with the face's compactness.
-    fn push_face(&mut self, surface: &Surface, h: u32) -> (DVec3, [DVec3; 3]) {
+    /// Adds the face of a half-edge; returns its vertices from the half-edge's start on, and where that is.
+    fn push_face(&mut self, surface: &Surface, shape: &FaceShape, h: u32) -> ([u32; 3], DVec3) {
         let ids = [surface.start(h), surface.end(h), surface.start(previous(h))];
-        let [a, b, c] = ids.map(|v| surface.position(v) - self.origin);
-        let (ab, bc, ca) = (b - a, c - b, a - c);
-        let cross = ab.cross(-ca);
-        let shape = compactness(
-            cross.length(),
-            ab.length_squared() + bc.length_squared() + ca.length_squared(),
-        );
-        self.radius = self.radius.max(a.length()).max(b.length());
+        let corner = surface.position(ids[0]) - self.origin;
         self.faces.push(ids);
-        self.planes.push((cross, a));
-        (cross, [a, b, DVec3::new(shape, 0.0, 0.0)])
+        self.gradient += shape.cross;
+        self.base += shape.cross.dot(corner);
+        if shape.normal != DVec3::ZERO {
+            self.planes.push(HalfSpace {
+                normal: shape.normal,
+                offset: shape.normal.dot(corner),
+            });
+        }
+        (ids, corner)
     }
 
     /// The faces around the edge, by vertex ids.
@@ -158,22 +192,25 @@ impl Neighbourhood {
         let margin = self.radius * margin_rel + 4.0 * ulp;
         self.half_spaces.clear();
         self.half_spaces
-            .extend(self.planes.iter().filter_map(|&(cross, point)| {
-                let normal = cross.try_normalize()?;
-                Some(HalfSpace {
-                    normal,
-                    offset: normal.dot(point) + margin,
-                })
+            .extend(self.planes.iter().map(|h| HalfSpace {
+                offset: h.offset + margin,
+                ..*h
             }));
-        let gradient: DVec3 = self.planes.iter().map(|&(cross, _)| cross).sum();
         let Solution::Optimal(local) =
-            lp::minimise(gradient, &mut self.half_spaces, self.radius * REACH)
+            lp::minimise(self.gradient, &mut self.half_spaces, self.radius * REACH)
         else {
             return Attempt::Refused;
         };
-        let lifted = self.lifted(gradient);
         let mut is_inside = false;
-        for local in std::iter::once(local).chain(lifted) {
+        for is_lifted in [false, true] {
+            let local = if is_lifted {
+                let Some(lifted) = self.lifted() else {
+                    continue;
+                };
+                lifted
+            } else {
+                local
+            };
             let Some(shape) = self.shape_around(local, guards) else {
                 continue;
             };
@@ -183,7 +220,7 @@ impl Neighbourhood {
                 continue;
             }
             let local = position - self.origin;
-            let added_volume = self.added_volume(local).max(0.0);
+            let added_volume = ((self.gradient.dot(local) - self.base) / 6.0).max(0.0);
             return Attempt::Placed(Placement {
                 position,
                 added_volume,
@@ -199,8 +236,8 @@ impl Neighbourhood {
 
     /// The edge's middle, moved along the gradient until it is outside all planes: not the cheapest place, but next to
     /// the edge where the program's answer ran off sideways.
-    fn lifted(&self, gradient: DVec3) -> Option<DVec3> {
-        let up = gradient.try_normalize()?;
+    fn lifted(&self) -> Option<DVec3> {
+        let up = self.gradient.try_normalize()?;
         let mut height = 0.0_f64;
         for h in &self.half_spaces {
             let rate = h.normal.dot(up);
@@ -219,15 +256,6 @@ impl Neighbourhood {
             let [a, b, c] = face.map(|v| surface.position(v));
             side_of_plane(a, b, c, position) >= 0.0
         })
-    }
-
-    /// Six times the volume of the tetrahedra between the old faces and the vertex, over six.
-    fn added_volume(&self, local: DVec3) -> f64 {
-        self.planes
-            .iter()
-            .map(|&(cross, point)| cross.dot(local - point))
-            .sum::<f64>()
-            / 6.0
     }
 
     /// How bad the new faces' shapes are, as a volume; `None` when a guard forbids them.

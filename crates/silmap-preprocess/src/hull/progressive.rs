@@ -5,12 +5,14 @@ use silmap_geometry::{Bvh, TriangleMesh};
 use silmap_map::CoarseHull;
 
 use super::collapse::Collapsed;
-use super::surface::GONE;
+use super::surface::{GONE, Surface};
 
 /// A sequence of nested hulls, from the model itself to the coarsest: a base mesh and vertex splits.
 #[derive(Clone, Debug)]
 pub struct ProgressiveHull {
     pub(super) collapsed: Collapsed,
+    /// The model, in the collapsed surface's coordinates and orientation.
+    pub(super) scaled: TriangleMesh,
     pub(super) original: Bvh,
     pub(super) original_faces: usize,
     /// In cubed units; negative for an inner hull, whose surface is turned inside out.
@@ -18,6 +20,8 @@ pub struct ProgressiveHull {
     /// Object lengths per length in the collapsed surface: a power of two.
     pub(super) unit: f64,
     pub(super) is_inner: bool,
+    /// Distance from the model that no vertex may exceed, in the collapsed surface's coordinates.
+    pub(super) distance_limit: f64,
 }
 
 /// A mesh out of the sequence.
@@ -55,6 +59,12 @@ impl ProgressiveHull {
         self.original_faces - 2 * self.collapsed.steps.len()
     }
 
+    /// Whether the model encloses the hulls, rather than the other way about.
+    #[must_use]
+    pub fn is_inner(&self) -> bool {
+        self.is_inner
+    }
+
     /// All levels, finest first, each with two faces less than the one before.
     pub fn summaries(&self) -> impl Iterator<Item = LevelSummary> + '_ {
         let mut volume = self.original_volume;
@@ -74,33 +84,32 @@ impl ProgressiveHull {
         }))
     }
 
+    /// Faces of the coarsest level that keeps to a volume over the model's and a distance from it, in its units; where none
+    /// is given, any will do. The model itself keeps to both.
+    #[must_use]
+    pub fn faces_within(&self, volume_ratio: Option<f64>, distance: Option<f64>) -> usize {
+        self.summaries()
+            .take_while(|level| {
+                let is_far = distance.is_some_and(|d| level.distance > d);
+                let is_large = volume_ratio.is_some_and(|most| {
+                    if self.is_inner {
+                        level.volume_ratio < most
+                    } else {
+                        level.volume_ratio > most
+                    }
+                });
+                !is_far && !is_large
+            })
+            .last()
+            .map_or(self.original_faces, |level| level.faces)
+    }
+
     /// The finest level of at most `faces` faces; the coarsest of all when none is that small.
     #[must_use]
     pub fn level(&self, faces: usize) -> HullLevel {
         let steps = &self.collapsed.steps;
-        let done = self
-            .original_faces
-            .saturating_sub(faces)
-            .div_ceil(2)
-            .min(steps.len());
-        let mut origin = self.collapsed.surface.origin.clone();
-        let mut positions = self.collapsed.surface.positions.clone();
-        let mut surface_points = self.collapsed.surface_points.clone();
-        for step in steps[done..].iter().rev() {
-            let contraction = &step.contraction;
-            for &h in &self.collapsed.moved[step.moved.clone()] {
-                origin[h as usize] = contraction.removed;
-            }
-            for (face, corners) in contraction.faces {
-                let first = face as usize * 3;
-                origin[first..first + 3].copy_from_slice(&corners);
-            }
-            let ends = [contraction.kept, contraction.removed];
-            for (k, vertex) in ends.into_iter().enumerate() {
-                positions[vertex as usize] = contraction.positions[k];
-                surface_points[vertex as usize] = step.surface_points[k];
-            }
-        }
+        let done = self.collapses_to(faces);
+        let (origin, positions, surface_points) = self.undone(done);
         let mut mesh = TriangleMesh {
             positions: positions.iter().map(|&p| p * self.unit).collect(),
             faces: origin
@@ -129,13 +138,91 @@ impl ProgressiveHull {
         }
     }
 
+    fn collapses_to(&self, faces: usize) -> usize {
+        self.original_faces
+            .saturating_sub(faces)
+            .div_ceil(2)
+            .min(self.collapsed.steps.len())
+    }
+
+    /// The collapsed surface after the first `done` collapses: corners of faces, positions, P.
+    fn undone(&self, done: usize) -> (Vec<u32>, Vec<DVec3>, Vec<DVec3>) {
+        let steps = &self.collapsed.steps;
+        let mut origin = self.collapsed.origin.clone();
+        let mut positions = self.collapsed.positions.clone();
+        let mut surface_points = self.collapsed.surface_points.clone();
+        for step in steps[done..].iter().rev() {
+            self.collapsed.undo(step, &mut origin);
+            for (k, (vertex, position)) in step.contraction.ends().into_iter().enumerate() {
+                positions[vertex as usize] = position;
+                surface_points[vertex as usize] = step.surface_points[k];
+            }
+        }
+        (origin, positions, surface_points)
+    }
+
+    /// The level of at most `faces` faces as a surface of its own, in the collapsed surface's coordinates.
+    pub(super) fn surface_at(&self, faces: usize) -> (Surface, usize) {
+        let (origin, positions, _) = self.undone(self.collapses_to(faces));
+        let mut mesh = TriangleMesh {
+            positions,
+            faces: origin
+                .chunks_exact(3)
+                .filter(|f| f[0] != GONE)
+                .map(|f| [f[0], f[1], f[2]])
+                .collect(),
+            ..TriangleMesh::default()
+        };
+        mesh.drop_unused_vertices();
+        let count = mesh.faces.len();
+        (Surface::new(mesh.positions, &mesh.faces), count)
+    }
+
+    /// A surface in the collapsed surface's coordinates, as a level.
+    pub(super) fn level_of(&self, surface: &Surface) -> HullLevel {
+        let mut mesh = TriangleMesh {
+            positions: surface.positions.clone(),
+            faces: surface
+                .origin
+                .chunks_exact(3)
+                .filter(|f| f[0] != GONE)
+                .map(|f| self.outward([f[0], f[1], f[2]]))
+                .collect(),
+            ..TriangleMesh::default()
+        };
+        mesh.drop_unused_vertices();
+        let surface_points: Vec<DVec3> = mesh
+            .positions
+            .iter()
+            .map(|&p| self.original.closest_point(p).0)
+            .collect();
+        let distance = mesh
+            .positions
+            .iter()
+            .zip(&surface_points)
+            .map(|(p, q)| p.distance(*q))
+            .fold(0.0, f64::max);
+        for p in &mut mesh.positions {
+            *p *= self.unit;
+        }
+        let volume = mesh.volume();
+        HullLevel {
+            surface_points: surface_points.iter().map(|&p| p * self.unit).collect(),
+            volume,
+            volume_ratio: volume / (self.original_volume.abs() * self.unit.powi(3)),
+            distance: distance * self.unit,
+            is_inner: self.is_inner,
+            mesh,
+        }
+    }
+
     /// The level of at most `faces` faces in single precision.
     #[must_use]
     pub fn coarse_hull(&self, faces: usize) -> CoarseHull {
         self.level(faces).round().hull
     }
 
-    fn outward(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+    pub(super) fn outward(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
         if self.is_inner { [a, c, b] } else { [a, b, c] }
     }
 

@@ -37,7 +37,7 @@ pub(super) fn previous(h: u32) -> u32 {
 }
 
 /// What a collapse changed, to be undone by a vertex split.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Contraction {
     /// The vertex that stays and moves.
     pub(super) kept: u32,
@@ -47,6 +47,16 @@ pub(super) struct Contraction {
     pub(super) faces: [(u32, [u32; 3]); 2],
     /// Where the two vertices were.
     pub(super) positions: [DVec3; 2],
+}
+
+impl Contraction {
+    /// The two vertices, and where they were.
+    pub(super) fn ends(&self) -> [(u32, DVec3); 2] {
+        [
+            (self.kept, self.positions[0]),
+            (self.removed, self.positions[1]),
+        ]
+    }
 }
 
 impl Surface {
@@ -106,6 +116,10 @@ impl Surface {
     /// The name of the edge that a half-edge lies on.
     pub(super) fn edge(&self, h: u32) -> u32 {
         h.min(self.twin(h))
+    }
+
+    pub(super) fn is_vertex_gone(&self, vertex: u32) -> bool {
+        self.outgoing[vertex as usize] == GONE
     }
 
     pub(super) fn corners(&self, face: u32) -> [u32; 3] {

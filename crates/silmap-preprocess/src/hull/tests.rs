@@ -253,6 +253,30 @@ fn verify_allows_touching_and_hulls_that_pass_through_themselves() {
 }
 
 #[test]
+fn verify_counts_inside_out_parts_by_their_own_winding() {
+    let inside_out = |scale: f64| {
+        let mut block = cells(2, |_| true);
+        for p in &mut block.positions {
+            *p = (*p - DVec3::ONE) * scale;
+        }
+        for f in &mut block.faces {
+            f.swap(1, 2);
+        }
+        block
+    };
+    // Twice inside out in the middle, the hull in a smaller part of it: its number is nowhere below the mesh's.
+    let mesh = joined(&[inside_out(1.0), inside_out(0.6)]);
+    let hull = joined(&[inside_out(1.0), inside_out(0.5)]);
+    let report = verify(&mesh, &hull, &TOUCHING);
+    assert!(report.encloses, "{report:?}");
+    let report = verify(&hull, &mesh, &TOUCHING);
+    assert!(
+        !report.encloses && report.vertices_outside == 26,
+        "{report:?}"
+    );
+}
+
+#[test]
 fn the_sequence_does_not_depend_on_scale() {
     let mesh = models::trefoil_knot(1500);
     let reference = hull_of(&closed(mesh.clone()), &params(150)).level(150);

@@ -60,7 +60,7 @@ pub fn verify(mesh: &TriangleMesh, hull: &TriangleMesh, params: &VerifyParams) -
         hull_tree: Bvh::new(hull),
         // Beside the surface: above rounding, and below the distance that vertices of a hull keep from planes, so that no
         // other sheet lies between.
-        skin: bounds.radius * 1e-12 + bounds.center.abs().max_element() * 1e-14,
+        skin: bounds.radius * 1e-13 + bounds.center.abs().max_element() * 1e-14,
     };
     let tolerance = params.tolerance_rel * bounds.radius;
     let normals = mesh.vertex_normals();
@@ -113,10 +113,9 @@ impl Look<'_> {
         let around = self.hull_tree.winding_number(p);
         // On the surface, a point belongs to the more deeply wound of the two sides.
         let skin = normal * self.skin;
-        let own = [p - skin, p + skin]
-            .map(|q| self.mesh_tree.winding_number(q))
-            .into_iter()
-            .fold(0, i32::max);
+        // That number may be negative: two sheets that lie within rounding of one another can enclose a sliver inside out.
+        let [below, above] = [p - skin, p + skin].map(|q| self.mesh_tree.winding_number(q));
+        let own = below.max(above);
         if around >= own {
             return 0.0;
         }

@@ -1,21 +1,28 @@
 //! `silmap hull`: a coarse enclosing mesh alone.
 
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
 use glam::Vec3;
 use serde::Serialize;
-use silmap_geometry::{Appearance, Bvh, TriangleMesh};
-use silmap_preprocess::hull::{self, HullLevel, HullParams, VerifyParams};
+use silmap_geometry::{Appearance, Bvh, ColourImage, TriangleMesh};
+use silmap_preprocess::hull::{self, HullLevel, HullParams, ProgressiveHull, VerifyParams};
 use silmap_preprocess::mesh_io;
 
 use crate::args::HullArgs;
 use crate::files::load_model;
 use crate::output::{self, OutputFile};
+use crate::pictures::encode_png;
 use crate::progress::Progress;
+use crate::strip;
 
 /// Fewest faces of a closed mesh: the goal when only another limit was given.
 const FEWEST_FACES: u32 = 4;
+/// Pictures in a strip beside the hull itself, the model's included.
+const STRIP_LEVELS: u32 = 4;
 
 #[derive(Serialize)]
 struct HullJson {
@@ -24,7 +31,7 @@ struct HullJson {
     volume: f64,
     original_volume: f64,
     volume_ratio: f64,
-    /// Of growing the hull alone.
+    /// Of making the hull alone, out of the model or of a saved sequence.
     seconds: f64,
     /// Null when it was not checked.
     verified: Option<bool>,
@@ -35,27 +42,38 @@ struct HullJson {
 pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
-    let model = load_model(&args.model, args.mending)?;
-    let params = params_from_args(args, model.mesh.bounds().radius);
+    let of_option = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::check).transpose();
+    let (sequence_file, strip_file) = (of_option(&args.sequence)?, of_option(&args.strip)?);
     let named = || args.model.display().to_string();
-    let since = Instant::now();
-    let sequence = Progress::new()
-        .watch(|monitor| hull::build(&model.mesh, &params, monitor))
+    let progress = Progress::new();
+    let Given {
+        model,
+        sequence,
+        faces,
+        since,
+    } = take_in(args, &progress)?;
+    let level = progress
+        .watch(|monitor| sequence.tightened_level(faces, args.tighten.into(), monitor))
         .with_context(named)?;
     // In single precision, as every format can hold it: what is verified is what is written.
-    let level = sequence.level(params.target_faces as usize);
-    let hull = in_single_precision(&level, model.mesh.mesh());
+    let hull = in_single_precision(&level, &model);
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
-        let (enclosed, enclosing) = if args.inner {
-            (&hull, model.mesh.mesh())
+        let (enclosed, enclosing) = if level.is_inner {
+            (&hull, &model)
         } else {
-            (model.mesh.mesh(), &hull)
+            (&model, &hull)
         };
         hull::verify(enclosed, enclosing, &VerifyParams::default())
     });
     file.write(&mesh_io::encode(&args.out, &hull)?)?;
-    let (volume, original_volume) = (hull.volume(), model.mesh.mesh().volume());
+    if let Some(file) = sequence_file {
+        file.write(&sequence.to_bytes())?;
+    }
+    if let Some(file) = strip_file {
+        file.write(&encode_png(&strip_of(&sequence, &hull)?)?)?;
+    }
+    let (volume, original_volume) = (hull.volume(), model.volume());
     let result = HullJson {
         faces: hull.faces.len(),
         vertices: hull.positions.len(),
@@ -71,6 +89,73 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     }
     tell(args, &result);
     Ok(())
+}
+
+/// What the hull is taken out of.
+struct Given {
+    model: TriangleMesh,
+    sequence: ProgressiveHull,
+    /// Faces of the level to take.
+    faces: usize,
+    /// When the model was there.
+    since: Instant,
+}
+
+/// Reads a model and collapses it, or reads a sequence.
+fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
+    let named = || args.model.display().to_string();
+    if let Some(bytes) = saved_sequence(&args.model).with_context(named)? {
+        let since = Instant::now();
+        let sequence = ProgressiveHull::from_bytes(&bytes).with_context(named)?;
+        if args.inner && !sequence.is_inner() {
+            anyhow::bail!("{}: the hulls in it are outer ones", named());
+        }
+        let model = sequence.model();
+        let params = params_from_args(args, model.bounds().radius);
+        let least = sequence.faces_within(params.volume_ratio, params.max_distance);
+        return Ok(Given {
+            model,
+            sequence,
+            faces: least.max(params.target_faces as usize),
+            since,
+        });
+    }
+    let model = load_model(&args.model, args.mending)?;
+    let params = params_from_args(args, model.mesh.bounds().radius);
+    let since = Instant::now();
+    let sequence = progress
+        .watch(|monitor| hull::build(&model.mesh, &params, monitor))
+        .with_context(named)?;
+    Ok(Given {
+        model: model.mesh.mesh().clone(),
+        sequence,
+        faces: params.target_faces as usize,
+        since,
+    })
+}
+
+/// The bytes of a file that begins as a sequence does.
+fn saved_sequence(path: &Path) -> std::io::Result<Option<Vec<u8>>> {
+    let mut first = [0; hull::SEQUENCE_MAGIC.len()];
+    // Whatever else is wrong with the file is for the reader of meshes to say.
+    let Ok(mut file) = File::open(path) else {
+        return Ok(None);
+    };
+    if file.read_exact(&mut first).is_err() || first != hull::SEQUENCE_MAGIC {
+        return Ok(None);
+    }
+    std::fs::read(path).map(Some)
+}
+
+/// The model, levels between, and the hull as it was written.
+fn strip_of(sequence: &ProgressiveHull, hull: &TriangleMesh) -> anyhow::Result<ColourImage> {
+    let model = sequence.model();
+    let mut meshes: Vec<TriangleMesh> =
+        (strip::face_counts(model.faces.len(), hull.faces.len(), STRIP_LEVELS).into_iter())
+            .map(|faces| sequence.level(faces).mesh)
+            .collect();
+    meshes.push(hull.clone());
+    strip::draw(&meshes)
 }
 
 /// The level as it is written, with the colours of the model's vertices where it has such.

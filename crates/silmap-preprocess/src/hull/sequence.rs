@@ -1,0 +1,365 @@
+//! The sequence as a file: base mesh and vertex splits, from which every level comes out again, the model included.
+//!
+//! All numbers are little-endian, all lengths in the collapsed surface's coordinates:
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | [`MAGIC`] |
+//! | 4 | [`VERSION`] |
+//! | 4 | CRC-32 of all that follows |
+//! | 4 + 4 | 1 for an inner hull or 0; faces of the model |
+//! | 8 + 8 | object lengths per length; distance from the model that no vertex may exceed |
+//! | 4 + 4 + 4 | vertices of the model; faces of the base mesh; vertex splits |
+//! | 16 a face | the base mesh: place of the face in the model, then its vertices |
+//! | 48 a vertex | of the model's count: position and P in the base mesh, of no meaning where it has no such vertex |
+//! | 152 + 4 k a split | from coarse to fine: vertex kept and vertex added; the two faces added, each its place and its vertices; positions, then P, of the two vertices; volume that the split takes away; largest distance with all coarser splits undone; k; the k corners (three a face) that pass to the added vertex |
+//!
+//! A reader trusts none of it: the splits are made, which gives the model, and the collapses done again from there.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
+use thiserror::Error;
+
+use super::ProgressiveHull;
+use super::collapse::{Collapsed, Step};
+use super::surface::{Contraction, GONE, Surface};
+
+/// What a file begins with.
+pub const MAGIC: [u8; 8] = *b"SILMAPPH";
+/// Version of the layout.
+const VERSION: u32 = 1;
+
+/// Why a file is no sequence.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SequenceError {
+    /// It begins otherwise.
+    #[error("this is no sequence of hulls")]
+    NotASequence,
+    /// It comes from another version of the program.
+    #[error("the sequence of hulls has version {found}, and only {VERSION} can be read")]
+    UnknownVersion {
+        /// What it says.
+        found: u32,
+    },
+    /// It was cut short or changed.
+    #[error("the sequence of hulls is damaged: {what}")]
+    Damaged {
+        /// What does not fit.
+        what: &'static str,
+    },
+}
+
+fn damaged<T>(what: &'static str) -> Result<T, SequenceError> {
+    Err(SequenceError::Damaged { what })
+}
+
+impl ProgressiveHull {
+    /// The sequence as the bytes of a file; the layout is the module's.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let Collapsed {
+            origin,
+            positions,
+            surface_points,
+            steps,
+            moved,
+        } = &self.collapsed;
+        let mut body = Writer(Vec::with_capacity(steps.len() * 170 + positions.len() * 48));
+        body.number(u32::from(self.is_inner));
+        body.number(self.original_faces as u32);
+        body.real(self.unit);
+        body.real(self.distance_limit);
+        let base: Vec<(usize, &[u32])> = (origin.chunks_exact(3).enumerate())
+            .filter(|(_, f)| f[0] != GONE)
+            .collect();
+        body.number(positions.len() as u32);
+        body.number(base.len() as u32);
+        body.number(steps.len() as u32);
+        for (place, corners) in base {
+            body.number(place as u32);
+            corners.iter().for_each(|&v| body.number(v));
+        }
+        for (&p, &q) in positions.iter().zip(surface_points) {
+            body.points(&[p, q]);
+        }
+        for step in steps.iter().rev() {
+            let contraction = &step.contraction;
+            body.number(contraction.kept);
+            body.number(contraction.removed);
+            for (face, corners) in contraction.faces {
+                body.number(face);
+                corners.iter().for_each(|&v| body.number(v));
+            }
+            body.points(&contraction.positions);
+            body.points(&step.surface_points);
+            body.real(step.added_volume);
+            body.real(step.distance);
+            body.number(step.moved.len() as u32);
+            for &h in &moved[step.moved.clone()] {
+                body.number(h);
+            }
+        }
+        let mut file = Writer(Vec::with_capacity(body.0.len() + 16));
+        file.0.extend(MAGIC);
+        file.number(VERSION);
+        file.number(crc32fast::hash(&body.0));
+        file.0.extend(body.0);
+        file.0
+    }
+
+    /// Reads what [`Self::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// When the bytes are something else, of another version, or do not fit together.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SequenceError> {
+        let Some(rest) = bytes.strip_prefix(&MAGIC) else {
+            return Err(SequenceError::NotASequence);
+        };
+        let mut head = Reader(rest);
+        let found = head.number()?;
+        if found != VERSION {
+            return Err(SequenceError::UnknownVersion { found });
+        }
+        if head.number()? != crc32fast::hash(head.0) {
+            return damaged("its checksum does not fit");
+        }
+        let mut body = Reader(head.0);
+        let is_inner = body.number()? != 0;
+        let original_faces = body.number()? as usize;
+        let (unit, distance_limit) = (body.real()?, body.real()?);
+        if !(unit.is_normal() && unit == unit.log2().round().exp2()) || distance_limit.is_nan() {
+            return damaged("its scale is none");
+        }
+        let collapsed = read_collapsed(&mut body, original_faces)?;
+        let (scaled, ends) = undo(&collapsed)?;
+        let outward = TriangleMesh {
+            faces: (scaled.faces.iter())
+                .map(|&[a, b, c]| if is_inner { [a, c, b] } else { [a, b, c] })
+                .collect(),
+            positions: scaled.positions.clone(),
+            ..TriangleMesh::default()
+        };
+        if ClosedMesh::try_from(outward).is_err() {
+            return damaged("its model is no closed mesh");
+        }
+        redo(&scaled, &collapsed, &ends)?;
+        Ok(Self {
+            original: Bvh::new(&scaled),
+            original_volume: scaled.volume(),
+            collapsed,
+            scaled,
+            original_faces,
+            unit,
+            is_inner,
+            distance_limit,
+        })
+    }
+
+    /// The model that the sequence was made from, as far as the sequence knows it: without its colours.
+    #[must_use]
+    pub fn model(&self) -> TriangleMesh {
+        TriangleMesh {
+            positions: self
+                .scaled
+                .positions
+                .iter()
+                .map(|&p| p * self.unit)
+                .collect(),
+            faces: self.scaled.faces.iter().map(|&f| self.outward(f)).collect(),
+            ..TriangleMesh::default()
+        }
+    }
+}
+
+fn read_collapsed(body: &mut Reader<'_>, faces: usize) -> Result<Collapsed, SequenceError> {
+    let vertices = body.number()?;
+    let base_faces = body.number()? as usize;
+    let splits = body.number()? as usize;
+    // Before room is made for them.
+    let least = base_faces * 16 + vertices as usize * 48 + splits * 156;
+    if body.0.len() < least || faces != base_faces + 2 * splits {
+        return damaged("its counts do not fit");
+    }
+    let face = |id: u32| {
+        let is_known = (id as usize) < faces;
+        if is_known {
+            Ok(id)
+        } else {
+            damaged("it names a face that does not exist")
+        }
+    };
+    let vertex = |id: u32| {
+        let is_known = id < vertices;
+        if is_known {
+            Ok(id)
+        } else {
+            damaged("it names a vertex that does not exist")
+        }
+    };
+    let mut origin = vec![GONE; faces * 3];
+    for _ in 0..base_faces {
+        let first = face(body.number()?)? as usize * 3;
+        for k in 0..3 {
+            origin[first + k] = vertex(body.number()?)?;
+        }
+    }
+    let (mut positions, mut surface_points) = (Vec::new(), Vec::new());
+    for _ in 0..vertices {
+        let [p, q] = body.points()?;
+        positions.push(p);
+        surface_points.push(q);
+    }
+    let (mut steps, mut moved) = (Vec::with_capacity(splits), Vec::new());
+    for _ in 0..splits {
+        let (kept, removed) = (vertex(body.number()?)?, vertex(body.number()?)?);
+        let mut faces_of_step = [(0, [0; 3]); 2];
+        for (id, corners) in &mut faces_of_step {
+            *id = face(body.number()?)?;
+            for corner in corners {
+                *corner = vertex(body.number()?)?;
+            }
+        }
+        let (ends, points) = (body.points()?, body.points()?);
+        let (added_volume, distance) = (body.real()?, body.real()?);
+        if !added_volume.is_finite() || !distance.is_finite() {
+            return damaged("a number in it is none");
+        }
+        let first = moved.len();
+        for _ in 0..body.number()? {
+            let h = body.number()?;
+            face(h / 3)?;
+            moved.push(h);
+        }
+        steps.push(Step {
+            contraction: Contraction {
+                kept,
+                removed,
+                faces: faces_of_step,
+                positions: ends,
+            },
+            moved: Range {
+                start: first,
+                end: moved.len(),
+            },
+            surface_points: points,
+            added_volume,
+            distance,
+        });
+    }
+    if !body.0.is_empty() {
+        return damaged("something follows its end");
+    }
+    steps.reverse();
+    Ok(Collapsed {
+        origin,
+        positions,
+        surface_points,
+        steps,
+        moved,
+    })
+}
+
+/// Makes all splits: the model, and where each collapse had put its vertex.
+fn undo(collapsed: &Collapsed) -> Result<(TriangleMesh, Vec<DVec3>), SequenceError> {
+    let mut origin = collapsed.origin.clone();
+    let mut positions = collapsed.positions.clone();
+    let mut ends = Vec::with_capacity(collapsed.steps.len());
+    for step in collapsed.steps.iter().rev() {
+        ends.push(positions[step.contraction.kept as usize]);
+        collapsed.undo(step, &mut origin);
+        for (vertex, position) in step.contraction.ends() {
+            positions[vertex as usize] = position;
+        }
+    }
+    ends.reverse();
+    if origin.contains(&GONE) || !positions.iter().all(|p| p.is_finite()) {
+        return damaged("its splits do not lead to a mesh");
+    }
+    let faces = origin.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect();
+    Ok((
+        TriangleMesh {
+            positions,
+            faces,
+            ..TriangleMesh::default()
+        },
+        ends,
+    ))
+}
+
+/// Does all collapses again from the model on, which must be closed: whether they are what the splits undo.
+fn redo(model: &TriangleMesh, collapsed: &Collapsed, ends: &[DVec3]) -> Result<(), SequenceError> {
+    let mut surface = Surface::new(model.positions.clone(), &model.faces);
+    let mut moved = Vec::new();
+    for (step, &end) in collapsed.steps.iter().zip(ends) {
+        let wanted = &step.contraction;
+        let first = wanted.faces[0].0 * 3;
+        let Some(edge) = (first..first + 3).find(|&h| {
+            !surface.is_gone(h)
+                && [surface.start(h), surface.end(h)] == [wanted.kept, wanted.removed]
+        }) else {
+            return damaged("a split has no edge");
+        };
+        if !surface.can_contract(edge) {
+            return damaged("a split does not leave a closed mesh");
+        }
+        moved.clear();
+        let done = surface.contract(edge, end, &mut moved);
+        if done != *wanted || moved != collapsed.moved[step.moved.clone()] {
+            return damaged("a split is not what a collapse undoes");
+        }
+    }
+    Ok(())
+}
+
+struct Writer(Vec<u8>);
+
+impl Writer {
+    fn number(&mut self, value: u32) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn real(&mut self, value: f64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn points(&mut self, points: &[DVec3; 2]) {
+        for p in points {
+            p.to_array().into_iter().for_each(|c| self.real(c));
+        }
+    }
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], SequenceError> {
+        let Some((first, rest)) = self.0.split_first_chunk() else {
+            return damaged("it ends too early");
+        };
+        self.0 = rest;
+        Ok(*first)
+    }
+
+    fn number(&mut self) -> Result<u32, SequenceError> {
+        Ok(u32::from_le_bytes(self.take()?))
+    }
+
+    fn real(&mut self) -> Result<f64, SequenceError> {
+        Ok(f64::from_le_bytes(self.take()?))
+    }
+
+    fn points(&mut self) -> Result<[DVec3; 2], SequenceError> {
+        let mut points = [DVec3::ZERO; 2];
+        for p in &mut points {
+            *p = DVec3::new(self.real()?, self.real()?, self.real()?);
+        }
+        Ok(points)
+    }
+}
+
+#[cfg(test)]
+#[path = "sequence_tests.rs"]
+mod tests;

@@ -1,0 +1,240 @@
+//! Hulls tighter than the greedy sequence: vertices are placed anew against the model itself.
+//!
+//! A level of the sequence lies outside every finer one, so each collapse adds to what all before it gave away. Here
+//! only the model counts: vertices go where the hull's volume is least while the faces around them stay clear of the
+//! model (see `model`), and edges are collapsed in the same way. The result is no level of the sequence: it encloses the
+//! model, and need not enclose finer levels.
+//!
+//! Source: the linear program is that of section 7 of the 1999 paper, with the model's points in place of the faces.
+//! Deviation: P(v) is the point of the model closest to the vertex, as a vertex placed anew has no history.
+
+mod model;
+mod patch;
+mod recollapse;
+
+use glam::DVec3;
+use silmap_geometry::TriangleMesh;
+
+use super::surface::Surface;
+use super::{HullError, HullLevel, ProgressiveHull, VerifyParams, verify};
+use crate::progress::Monitor;
+use model::Model;
+use patch::Patch;
+
+/// A vertex whose move gains less than this share of the model's volume stays.
+const LEAST_GAIN_REL: f64 = 1e-8;
+/// Sweeps end when one gains less than this share of the model's volume.
+const LEAST_SWEEP_GAIN_REL: f64 = 1e-5;
+/// Random points of the model that the result is checked with, beside all its vertices and crossings.
+const CHECK_SAMPLES: u32 = 2000;
+
+/// How much work goes into making a level tighter than the sequence has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tightening {
+    /// None: the level of the sequence.
+    #[default]
+    Off,
+    /// Its vertices are placed anew: about as long again as the sequence took.
+    Fast,
+    /// Starts from twice the faces, places vertices anew and collapses edges against the model: some ten times as long.
+    Best,
+}
+
+/// What is done, in this order.
+struct Schedule {
+    /// Faces to start from, over those wanted.
+    start: usize,
+    /// Most sweeps over all vertices before the collapses, and after them.
+    sweeps: [usize; 2],
+}
+
+/// Vertices alone.
+const PLACING: Schedule = Schedule {
+    start: 1,
+    sweeps: [0, 5],
+};
+/// Vertices and collapses. More faces to start from hardly help, and take longer.
+const COLLAPSING: Schedule = Schedule {
+    start: 2,
+    sweeps: [2, 10],
+};
+
+impl Tightening {
+    /// The ways to go: the best result counts, as none is the best for every shape.
+    fn schedules(self) -> &'static [Schedule] {
+        match self {
+            Self::Off => &[],
+            Self::Fast => &[PLACING],
+            Self::Best => &[PLACING, COLLAPSING],
+        }
+    }
+}
+
+impl ProgressiveHull {
+    /// A hull of at most `faces` faces that is tighter than [`Self::level`], as far as `tightening` goes.
+    ///
+    /// It is checked that the hull encloses the model (an inner one: the other way about); the level of the sequence is
+    /// the answer where it should not, or where nothing tighter was found.
+    ///
+    /// # Errors
+    /// When the caller asks to stop.
+    pub fn tightened_level(
+        &self,
+        faces: usize,
+        tightening: Tightening,
+        monitor: &Monitor<'_>,
+    ) -> Result<HullLevel, HullError> {
+        let mut best = self.level(faces);
+        for schedule in tightening.schedules() {
+            let level = self.tightened(faces, schedule, monitor)?;
+            let is_smaller = (level.volume < best.volume) != self.is_inner;
+            let is_coarse = level.mesh.faces.len() <= best.mesh.faces.len();
+            if is_smaller && is_coarse && self.is_right(&level) {
+                best = level;
+            }
+        }
+        Ok(best)
+    }
+
+    fn tightened(
+        &self,
+        faces: usize,
+        schedule: &Schedule,
+        monitor: &Monitor<'_>,
+    ) -> Result<HullLevel, HullError> {
+        let (surface, face_count) = self.surface_at(faces.saturating_mul(schedule.start));
+        let model = Model::new(&self.scaled, &self.original);
+        let is_frozen = (0..surface.origin.len() as u32 / 3)
+            .map(|f| model.is_crossed_by(surface.corners(f).map(|v| surface.position(v))))
+            .collect();
+        let mut tightener = Tightener {
+            is_due: vec![true; surface.positions.len()],
+            is_frozen,
+            surface,
+            model,
+            patch: Patch::default(),
+            face_count,
+            volume: self.original_volume.abs(),
+            distance: self.distance_limit,
+        };
+        tightener.sweep_until_done(schedule.sweeps[0], monitor)?;
+        tightener.collapse_to(faces, monitor)?;
+        tightener.sweep_until_done(schedule.sweeps[1], monitor)?;
+        Ok(self.level_of(&tightener.surface))
+    }
+
+    /// Whether a level encloses the model, or the model an inner one.
+    fn is_right(&self, level: &HullLevel) -> bool {
+        let hull = TriangleMesh {
+            positions: level
+                .mesh
+                .positions
+                .iter()
+                .map(|&p| p / self.unit)
+                .collect(),
+            faces: level.mesh.faces.clone(),
+            ..TriangleMesh::default()
+        };
+        let model = TriangleMesh {
+            positions: self.scaled.positions.clone(),
+            faces: self.scaled.faces.iter().map(|&f| self.outward(f)).collect(),
+            ..TriangleMesh::default()
+        };
+        let (inside, outside) = if self.is_inner {
+            (&hull, &model)
+        } else {
+            (&model, &hull)
+        };
+        let params = VerifyParams {
+            samples: CHECK_SAMPLES,
+            ..VerifyParams::default()
+        };
+        let report = verify(inside, outside, &params);
+        report.encloses
+    }
+}
+
+struct Tightener<'a> {
+    surface: Surface,
+    model: Model<'a>,
+    patch: Patch,
+    /// Per face: whether it crosses the model, as it may where the hull overlaps itself; it then stays as it is.
+    is_frozen: Vec<bool>,
+    /// Per vertex: whether something around it changed since it was last placed.
+    is_due: Vec<bool>,
+    face_count: usize,
+    /// Of the model.
+    volume: f64,
+    /// Farthest that a vertex may be from the model.
+    distance: f64,
+}
+
+impl Tightener<'_> {
+    fn sweep_until_done(&mut self, most: usize, monitor: &Monitor<'_>) -> Result<(), HullError> {
+        for _ in 0..most {
+            if self.sweep(monitor)? < LEAST_SWEEP_GAIN_REL * self.volume {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Places every vertex anew around which something changed; returns the volume gained.
+    fn sweep(&mut self, monitor: &Monitor<'_>) -> Result<f64, HullError> {
+        let mut gained = 0.0;
+        for v in 0..self.surface.positions.len() as u32 {
+            if !std::mem::take(&mut self.is_due[v as usize]) || self.surface.is_vertex_gone(v) {
+                continue;
+            }
+            monitor.check()?;
+            if let Some(gain) = self.move_vertex(v) {
+                self.mark_due(v);
+                gained += gain;
+            }
+        }
+        Ok(gained)
+    }
+
+    /// The vertex and those around it are worth another look.
+    fn mark_due(&mut self, v: u32) {
+        self.is_due[v as usize] = true;
+        for spoke in self.surface.leaving(v) {
+            self.is_due[self.surface.end(spoke) as usize] = true;
+        }
+    }
+
+    /// Places a vertex anew; returns the volume gained, if any.
+    fn move_vertex(&mut self, v: u32) -> Option<f64> {
+        self.patch.around_vertex(&self.surface, v);
+        if self.is_patch_frozen() {
+            return None;
+        }
+        let at = self.model.place(&self.patch, DVec3::ZERO)?;
+        // Part of the way where the whole is not sound: the old place is.
+        for share in [1.0, 0.5, 0.25] {
+            let position = self.patch.origin + at * share;
+            let at = position - self.patch.origin;
+            let gain = -self.patch.added_volume(at);
+            if gain <= LEAST_GAIN_REL * self.volume {
+                return None;
+            }
+            if self.is_allowed(at) && (share == 1.0 || self.model.is_clear(&self.patch, at)) {
+                self.surface.positions[v as usize] = position;
+                return Some(gain);
+            }
+        }
+        None
+    }
+
+    fn is_patch_frozen(&self) -> bool {
+        let mut faces = self.patch.face_ids.iter();
+        faces.any(|&f| self.is_frozen[f as usize])
+    }
+
+    fn is_allowed(&self, at: DVec3) -> bool {
+        self.patch.is_sound(at) && self.model.is_near(self.patch.origin + at, self.distance)
+    }
+}
+
+#[cfg(test)]
+mod tests;
