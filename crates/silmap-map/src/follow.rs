@@ -4,10 +4,6 @@ use glam::DVec4;
 
 use crate::chains::{Chains, Strand};
 use crate::side::Touch;
-use crate::tight;
-
-/// Parts with fewer vertices than this are visited slab by slab at once.
-pub(crate) const FEWEST_FOLLOWED: u32 = 12;
 
 /// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one. False where
 /// `rule` gives nothing.
@@ -34,26 +30,6 @@ pub(crate) fn follow_pair(
             two.advance(chains_two, y);
         }
         y = one.next_y().min(two.next_y()).min(y_bottom);
-    }
-}
-
-/// Appends one side of the first or second silhouette, seen `disparities` away, to `points`.
-pub(crate) fn follow_one(
-    chains: &Chains,
-    mut strand: Strand,
-    (y_top, y_bottom): (f64, f64),
-    disparities: f64,
-    points: &mut Vec<DVec4>,
-) -> bool {
-    let mut y = y_top;
-    loop {
-        let touch = tight::seen_from(strand.at(y), disparities);
-        points.push(DVec4::new(touch.x, y, touch.disparity, touch.slide));
-        if y >= y_bottom {
-            return true;
-        }
-        strand.advance(chains, y);
-        y = strand.next_y().min(y_bottom);
     }
 }
 

@@ -313,6 +313,9 @@ pub struct TriangleInterpolator {
     layers: [FlatLoops; 3],
 }
 
+/// As [`TURN_TANGENT`], between two outlines that were interpolated already and have more small turns: most of a pixel of a 512² capture.
+const TURN_TANGENT_INNER: f64 = 1e-3;
+
 /// With a weight this close to 1 the eye is at a captured viewpoint, and the captured silhouette is the answer.
 const AT_VIEW: f64 = 1.0 - 1e-9;
 
@@ -429,7 +432,7 @@ impl TriangleInterpolator {
             .ok_or((i, last))?;
         let towards = between.weights[last];
         self.linear
-            .interpolate(&self.inner_pair, towards, pairing, &mut self.inner);
+            .interpolate(&mut self.inner_pair, towards, pairing, &mut self.inner);
         Ok(object_from_epipolar(&frame))
     }
 
@@ -459,12 +462,12 @@ impl TriangleInterpolator {
         });
         let center = between.map.center;
         let frame = (self.inner_pair)
-            .assign((one, two), center, TURN_TANGENT)
+            .assign((one, two), center, TURN_TANGENT_INNER)
             .ok_or((i, j))?;
         let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
         self.linear
-            .interpolate(&self.inner_pair, alpha, pairing, &mut self.inner);
+            .interpolate(&mut self.inner_pair, alpha, pairing, &mut self.inner);
         Ok(object_from_epipolar(&frame))
     }
 

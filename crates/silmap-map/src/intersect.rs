@@ -8,9 +8,12 @@ use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 
 use crate::chains::{Chains, Strand, Walker};
 use crate::connect::{Connector, Slack};
-use crate::follow::{FEWEST_FOLLOWED, do_cross};
+use crate::follow::do_cross;
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::side::{Interval, Side, insertion_sort};
+
+/// Parts with fewer vertices than this are visited slab by slab at once.
+const FEWEST_FOLLOWED: u32 = 12;
 
 /// Coordinates are pixels here: this is about what contours are rounded to.
 const SLACK_PX: f64 = 0.05;

@@ -16,6 +16,7 @@ mod loops;
 pub mod polytope;
 mod project;
 mod rectified;
+mod rows;
 mod side;
 pub mod silhouette_map;
 mod span;

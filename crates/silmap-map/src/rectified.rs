@@ -8,6 +8,7 @@ use glam::{DMat3, DVec3};
 use crate::chains::Chains;
 use crate::epipolar::{EpipolarFrame, object_from_image, project};
 use crate::loops::DeepLoops;
+use crate::rows::{Rows, RowsScratch};
 use crate::span::{Limit, Parallax};
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
@@ -32,6 +33,8 @@ pub(crate) struct RectifiedPair {
     frame: Option<EpipolarFrame>,
     pub(crate) chains: [Chains; 2],
     pub(crate) depths: SphereDepths,
+    rows: Rows,
+    has_rows: bool,
 }
 
 impl RectifiedPair {
@@ -45,6 +48,7 @@ impl RectifiedPair {
         slack: f64,
     ) -> Option<EpipolarFrame> {
         self.frame = None;
+        self.has_rows = false;
         let frame = EpipolarFrame::new(one.eye, two.eye, center)?;
         let baseline = one.eye.distance(two.eye);
         for (seen, chains) in [one, two].iter().zip(&mut self.chains) {
@@ -56,6 +60,15 @@ impl RectifiedPair {
         };
         self.frame = Some(frame);
         self.frame
+    }
+
+    /// What the tight rule needs of the pair, found when it is asked for first.
+    pub(crate) fn rows(&mut self, scratch: &mut RowsScratch) -> &Rows {
+        if !self.has_rows {
+            self.rows.assign(&self.chains, scratch);
+            self.has_rows = true;
+        }
+        &self.rows
     }
 
     /// The shared frame, where the pair could be rectified.
@@ -176,7 +189,7 @@ impl EdgeCache {
         map: &SilhouetteMap,
         views: [u32; 2],
         level: u8,
-    ) -> Option<&RectifiedPair> {
+    ) -> Option<&mut RectifiedPair> {
         self.clock += 1;
         let mut edges = self.edges.iter();
         let at = match edges.position(|e| e.views == views && e.level == level) {
@@ -185,7 +198,7 @@ impl EdgeCache {
         };
         let edge = &mut self.edges[at];
         edge.last_used = self.clock;
-        edge.pair.frame().is_some().then_some(&edge.pair)
+        edge.pair.frame().is_some().then_some(&mut edge.pair)
     }
 
     /// Rectifies a pair in the place of the one that was used longest ago; returns that place.
@@ -219,6 +232,7 @@ impl EdgeCache {
             chains.clear();
             chains.reserve(most);
         }
+        edge.pair.rows.reserve(2 * most);
         // A pair that cannot be rectified is kept without a frame.
         let seen = (seen(one, loops_one), seen(two, loops_two));
         let _ = edge.pair.assign(seen, sphere.center, TURN_TANGENT);

@@ -101,16 +101,6 @@ pub(crate) struct Section {
     pub exit: Touch,
 }
 
-impl Interval {
-    /// The interval on the scanline at `share` of the way from the slab's top to its bottom.
-    pub(crate) fn section(&self, share: f64) -> Section {
-        Section {
-            enter: self.enter.touch_at(share),
-            exit: self.exit.touch_at(share),
-        }
-    }
-}
-
 /// Sorts a short, almost sorted list by a key; equal keys keep their order.
 pub(crate) fn insertion_sort<T: Copy>(items: &mut [T], key: impl Fn(&T) -> f64) {
     for i in 1..items.len() {

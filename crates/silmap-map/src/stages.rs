@@ -47,7 +47,7 @@ impl Stages {
             Method::Tight => Pairing::Tight,
         };
         self.linear
-            .interpolate(&self.pair, alpha, pairing, &mut self.edge);
+            .interpolate(&mut self.pair, alpha, pairing, &mut self.edge);
         self.edge.iter().map(<[_]>::len).sum()
     }
 

@@ -8,7 +8,7 @@
 //! and the tangent is found by one division where the arc in the epipolar plane takes the root of a quadratic. Tangency, and
 //! the order of the error, are the same in both.
 
-use crate::side::{Interval, Section, Side, Touch};
+use crate::side::{Section, Touch};
 
 /// Which side of the object a ray touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,14 +51,6 @@ pub(crate) fn between(one: Touch, two: Touch, alpha: f64, rim: Rim) -> Touch {
     }
 }
 
-/// As [`between`], across a slab.
-fn side_between(one: Side, two: Side, alpha: f64, rim: Rim) -> Side {
-    Side {
-        top: between(one.top, two.top, alpha, rim),
-        bottom: between(one.bottom, two.bottom, alpha, rim),
-    }
-}
-
 /// By how many disparities the viewpoint at α sees a point of the first view elsewhere.
 pub(crate) fn first_shift(alpha: f64) -> f64 {
     -alpha
@@ -75,13 +67,6 @@ pub(crate) fn seen_from(touch: Touch, disparities: f64) -> Touch {
     Touch {
         x: touch.x + disparities * touch.disparity,
         ..touch
-    }
-}
-
-fn shifted(side: Side, disparities: f64) -> Side {
-    Side {
-        top: seen_from(side.top, disparities),
-        bottom: seen_from(side.bottom, disparities),
     }
 }
 
@@ -130,6 +115,38 @@ pub(crate) enum Origin {
     SecondGap(usize, usize),
     /// Neither view's touching point lies in the other's interval.
     Linear(usize, usize),
+}
+
+/// How a side is seen from between, given the two touching points that it comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// Both views touch this rim.
+    Between(Rim),
+    /// Neither view's touching point lies in the other's interval.
+    Linear,
+    /// The first of the points, of the first view, is seen where it is.
+    First,
+    /// The first of the points, of the second view, is seen where it is.
+    Second,
+    /// The points are a side and the one across a gap, of the first view.
+    FirstGap(Rim),
+    /// The points are a side and the one across a gap, of the second view.
+    SecondGap(Rim),
+}
+
+impl Rule {
+    /// What the viewpoint at α touches.
+    #[inline]
+    pub(crate) fn touch(self, a: Touch, b: Touch, alpha: f64) -> Touch {
+        match self {
+            Self::Between(rim) => between(a, b, alpha, rim),
+            Self::Linear => a.lerp(b, alpha),
+            Self::First => seen_from(a, first_shift(alpha)),
+            Self::Second => seen_from(a, second_shift(alpha)),
+            Self::FirstGap(rim) => beside_gap(a, b, GapShifts::of_first(alpha), rim),
+            Self::SecondGap(rim) => beside_gap(a, b, GapShifts::of_second(alpha), rim),
+        }
+    }
 }
 
 /// Where the sides of an interpolated interval come from.
@@ -276,43 +293,6 @@ impl GapShifts {
     }
 }
 
-/// Writes the intervals between two linked spans to `output`. They may overlap, and their sides may cross.
-pub(crate) fn interpolate(
-    one: &[Interval],
-    two: &[Interval],
-    links: &[Linked],
-    alpha: f64,
-    output: &mut Vec<Interval>,
-) {
-    let beside = |own: Side, across: Side, shifts: GapShifts, rim: Rim| Side {
-        top: beside_gap(own.top, across.top, shifts, rim),
-        bottom: beside_gap(own.bottom, across.bottom, shifts, rim),
-    };
-    let across = |interval: &Interval, rim: Rim| match rim {
-        Rim::Left => interval.exit,
-        Rim::Right => interval.enter,
-    };
-    let side = |origin: Origin, end: fn(&Interval) -> Side, rim: Rim| match origin {
-        Origin::FirstGap(i, other) => {
-            let shifts = GapShifts::of_first(alpha);
-            beside(end(&one[i]), across(&one[other], rim), shifts, rim)
-        }
-        Origin::SecondGap(j, other) => {
-            let shifts = GapShifts::of_second(alpha);
-            beside(end(&two[j]), across(&two[other], rim), shifts, rim)
-        }
-        Origin::Rim(i, j) => side_between(end(&one[i]), end(&two[j]), alpha, rim),
-        Origin::First(i) => shifted(end(&one[i]), first_shift(alpha)),
-        Origin::Second(j) => shifted(end(&two[j]), second_shift(alpha)),
-        Origin::Linear(i, j) => end(&one[i]).lerp(end(&two[j]), alpha),
-    };
-    output.clear();
-    output.extend(links.iter().map(|link| Interval {
-        enter: side(link.enter, |i| i.enter, Rim::Left),
-        exit: side(link.exit, |i| i.exit, Rim::Right),
-    }));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -386,50 +366,42 @@ mod tests {
         }
     }
 
-    fn upright(x: f64, disparity: f64) -> Side {
-        let touch = point(x, disparity);
-        Side {
-            top: touch,
-            bottom: touch,
-        }
-    }
-
     /// A wall that the first view sees whole, and the second with a gap between two touching points.
-    fn wall(left_of_gap: (f64, f64), right_of_gap: (f64, f64)) -> ([Interval; 1], [Interval; 2]) {
-        let interval = |enter: (f64, f64), exit: (f64, f64)| Interval {
-            enter: upright(enter.0, enter.1),
-            exit: upright(exit.0, exit.1),
+    fn wall(left_of_gap: (f64, f64), right_of_gap: (f64, f64)) -> ([Section; 1], [Section; 2]) {
+        let section = |enter: (f64, f64), exit: (f64, f64)| Section {
+            enter: point(enter.0, enter.1),
+            exit: point(exit.0, exit.1),
         };
         (
-            [interval((0.0, 1.0), (10.0, 1.0))],
+            [section((0.0, 1.0), (10.0, 1.0))],
             [
-                interval((-1.0, 1.0), left_of_gap),
-                interval(right_of_gap, (9.0, 1.0)),
+                section((-1.0, 1.0), left_of_gap),
+                section(right_of_gap, (9.0, 1.0)),
             ],
         )
     }
 
-    fn interpolated(wall: &([Interval; 1], [Interval; 2]), alpha: f64) -> Vec<Interval> {
-        let (mut links, mut output) = (Vec::new(), Vec::new());
-        let middle = |i: &Interval| i.section(0.5);
-        let (one, two) = (wall.0.map(|i| middle(&i)), wall.1.map(|i| middle(&i)));
-        link(&one, &two, &mut Vec::new(), &mut links);
-        interpolate(&wall.0, &wall.1, &links, alpha, &mut output);
-        output
+    /// Where the sides of the gap are seen, by the links that are found.
+    fn gap_between((one, two): &([Section; 1], [Section; 2]), alpha: f64) -> (f64, f64) {
+        let mut links = Vec::new();
+        link(one, two, &mut Vec::new(), &mut links);
+        assert_eq!(links.len(), 2);
+        assert_eq!(links[0].exit, Origin::SecondGap(0, 1));
+        assert_eq!(links[1].enter, Origin::SecondGap(1, 0));
+        let (left, right) = (two[0].exit, two[1].enter);
+        (
+            Rule::SecondGap(Rim::Right).touch(left, right, alpha).x,
+            Rule::SecondGap(Rim::Left).touch(right, left, alpha).x,
+        )
     }
 
     #[test]
     fn a_gap_opens_where_its_sides_are_seen_apart() {
         let wall = wall((4.0, 2.0), (4.5, 1.0));
-        let late = interpolated(&wall, 0.9);
-        assert_eq!(late.len(), 2);
-        assert!((late[0].exit.at(0.5) - 4.2).abs() < 1e-12);
-        assert!((late[1].enter.at(0.5) - 4.6).abs() < 1e-12);
-        let early = interpolated(&wall, 0.1);
-        assert!(
-            early[0].exit.at(0.5) > early[1].enter.at(0.5),
-            "the gap is closed there"
-        );
+        let late = gap_between(&wall, 0.9);
+        assert!((late.0 - 4.2).abs() < 1e-12 && (late.1 - 4.6).abs() < 1e-12);
+        let early = gap_between(&wall, 0.1);
+        assert!(early.0 > early.1, "the gap is closed there");
     }
 
     /// Here the first view should see the gap by these points, but does not.
@@ -437,8 +409,8 @@ mod tests {
     fn a_gap_that_something_covers_closes_evenly() {
         let wall = wall((4.0, 1.0), (6.0, 1.0));
         let gap = |alpha: f64| {
-            let seen = interpolated(&wall, alpha);
-            seen[1].enter.at(0.5) - seen[0].exit.at(0.5)
+            let (left, right) = gap_between(&wall, alpha);
+            right - left
         };
         assert!(gap(0.0).abs() < 1e-12 && (gap(0.5) - 1.0).abs() < 1e-12);
         assert!((gap(1.0) - 2.0).abs() < 1e-12);

@@ -107,7 +107,7 @@ fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) 
     let frame = pair
         .assign((seen(eyes[0], one), seen(eyes[1], two)), DVec3::ZERO, 0.0)
         .unwrap();
-    scratch.interpolate(&pair, alpha, pairing, &mut output);
+    scratch.interpolate(&mut pair, alpha, pairing, &mut output);
     assert!((frame.b - DVec3::X).length() < 1e-12 && (frame.u - DVec3::NEG_Y).length() < 1e-12);
     let mut flat = FlatLoops::default();
     for points in output.iter() {
