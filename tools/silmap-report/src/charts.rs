@@ -75,14 +75,14 @@ pub(crate) fn curve(
             .collect()
     };
     let mut series = vec![Series {
-        name: "views chosen by their error".to_owned(),
+        name: "chosen by error".to_owned(),
         colour: palette::INK,
         points: percent(own),
         look: Look::Line,
     }];
     if let Some(uniform) = uniform {
         series.push(Series {
-            name: "views spread evenly".to_owned(),
+            name: "spread evenly".to_owned(),
             colour: palette::OTHER,
             points: percent(uniform),
             look: Look::Dashed,
