@@ -366,7 +366,6 @@ pub(crate) struct CrossingScratch {
     points: Vec<DVec4>,
     places: Vec<Place>,
     span: SpanScratch,
-    intervals: Vec<Interval>,
 }
 
 /// A side's points, and the edge that the sweep has come to.
@@ -458,7 +457,6 @@ impl CrossingScratch {
                     bottom = bottom.min(next);
                 }
             }
-            self.intervals.clear();
             let points = &self.points;
             let side = |place: &Place| {
                 let [top, bottom] = [y, bottom].map(|y| {
@@ -471,14 +469,14 @@ impl CrossingScratch {
                 });
                 Side { top, bottom }
             };
-            let pairs = self.places.chunks_exact(2);
-            self.intervals.extend(pairs.map(|pair| Interval {
+            let intervals = self.places.chunks_exact(2).map(|pair| Interval {
                 enter: side(&pair[0]),
                 exit: side(&pair[1]),
-            }));
-            let intervals = &self.intervals;
-            self.span
-                .unite((y, bottom), output, |given| given.clone_from(intervals));
+            });
+            self.span.unite((y, bottom), output, |given| {
+                given.clear();
+                given.extend(intervals);
+            });
             y = bottom;
         }
     }

@@ -209,7 +209,7 @@ impl Tightener<'_> {
         if self.is_patch_frozen() {
             return None;
         }
-        let at = self.model.place(&self.patch, DVec3::ZERO)?;
+        let at = self.model.place(&self.patch)?;
         // Part of the way where the whole is not sound: the old place is.
         for share in [1.0, 0.5, 0.25] {
             let position = self.patch.origin + at * share;

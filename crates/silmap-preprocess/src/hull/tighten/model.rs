@@ -81,8 +81,8 @@ impl<'a> Model<'a> {
     }
 
     /// The place, relative to the patch's origin, where the vertex of the patch's fan adds least volume; `None` when no
-    /// good one was found. The search starts at `start`.
-    pub(super) fn place(&mut self, patch: &Patch, start: DVec3) -> Option<DVec3> {
+    /// good one was found. The search starts at the origin.
+    pub(super) fn place(&mut self, patch: &Patch) -> Option<DVec3> {
         self.gather(patch);
         self.half_spaces.clear();
         for axis in DVec3::AXES {
@@ -93,7 +93,7 @@ impl<'a> Model<'a> {
                 });
             }
         }
-        self.take_points_beneath(patch, start);
+        self.take_points_beneath(patch, DVec3::ZERO);
         for _ in 0..ROUNDS {
             let bound = patch.radius * BOUND;
             let Solution::Optimal(best) =

@@ -150,7 +150,7 @@ impl Tightener<'_> {
         if self.is_patch_frozen() {
             return;
         }
-        let Some(at) = self.model.place(&self.patch, DVec3::ZERO) else {
+        let Some(at) = self.model.place(&self.patch) else {
             return;
         };
         if self.is_allowed(at) {
