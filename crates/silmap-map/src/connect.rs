@@ -22,12 +22,16 @@ pub(crate) struct Slack {
     pub hair: f64,
 }
 
-/// A run of points that is one side of some slabs. Left sides are walked upwards, right sides downwards.
+/// One side of some slabs: a run of points, and points that were added below it. Left sides are walked upwards, right sides
+/// downwards.
 #[derive(Clone, Copy, Debug)]
 struct SideRun {
-    /// Where the walk of the side begins and ends.
-    first: u32,
-    last: u32,
+    top: u32,
+    bottom: u32,
+    /// Where the walk of the added points begins; those after it are linked.
+    added: u32,
+    /// The lowest point.
+    lowest: u32,
     is_left: bool,
     /// The point above the lowest.
     above: DVec4,
@@ -46,7 +50,7 @@ struct End {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Connector {
     points: Vec<DVec4>,
-    /// Per point of a side that has another after it on the walk: that one.
+    /// Per added point that has another after it on the walk: that one.
     following: Vec<u32>,
     sides: Vec<SideRun>,
     /// Lower ends of the last slab's sides, from left to right: left sides depart from there, right sides arrive.
@@ -95,25 +99,13 @@ impl Connector {
             x: self.points[end - 1].x,
             side,
         });
-        let is_left = self.below.len() % 2 == 1;
-        self.following.resize(self.points.len(), NONE);
-        let (top, bottom) = (start as u32, end as u32 - 1);
-        for upper in start..end - 1 {
-            if is_left {
-                self.following[upper + 1] = upper as u32;
-            } else {
-                self.following[upper] = upper as u32 + 1;
-            }
-        }
-        let (first, last) = if is_left {
-            (bottom, top)
-        } else {
-            (top, bottom)
-        };
+        let lowest = end as u32 - 1;
         self.sides.push(SideRun {
-            first,
-            last,
-            is_left,
+            top: start as u32,
+            bottom: lowest,
+            added: NONE,
+            lowest,
+            is_left: self.below.len() % 2 == 1,
             above: self.points[end.saturating_sub(2).max(start)],
             next: NONE,
         });
@@ -122,23 +114,27 @@ impl Connector {
     /// Lets a side reach down to `point`; where it goes straight on, its lowest point moves there.
     fn extend_side(&mut self, side: u32, point: DVec4) {
         let side = &mut self.sides[side as usize];
-        let lowest = if side.is_left { side.first } else { side.last };
-        let reached = self.points[lowest as usize];
+        let reached = self.points[side.lowest as usize];
         if is_straight(side.above, reached, point) {
-            self.points[lowest as usize] = point;
+            self.points[side.lowest as usize] = point;
             return;
         }
-        side.above = reached;
         let added = self.points.len() as u32;
         self.points.push(point);
         self.following.resize(self.points.len(), NONE);
         if side.is_left {
-            self.following[added as usize] = side.first;
-            side.first = added;
+            self.following[added as usize] = side.added;
+            side.added = added;
         } else {
-            self.following[side.last as usize] = added;
-            side.last = added;
+            self.following[added as usize] = NONE;
+            if side.added == NONE {
+                side.added = added;
+            } else {
+                self.following[side.lowest as usize] = added;
+            }
         }
+        side.above = reached;
+        side.lowest = added;
     }
 
     /// Ends a slab whose sides are the points from `start` on, cut at `side_ends`.
@@ -254,11 +250,17 @@ impl Connector {
             let mut sleeve = Sleeve::new(slack, loops.open_loop());
             while self.sides[at].next != NONE {
                 let side = &mut self.sides[at];
-                let mut k = side.first;
-                sleeve.append(self.points[k as usize]);
-                while k != side.last {
-                    k = self.following[k as usize];
+                let run = &self.points[side.top as usize..=side.bottom as usize];
+                if !side.is_left {
+                    run.iter().for_each(|&p| sleeve.append(p));
+                }
+                let mut k = side.added;
+                while k != NONE {
                     sleeve.append(self.points[k as usize]);
+                    k = self.following[k as usize];
+                }
+                if side.is_left {
+                    run.iter().rev().for_each(|&p| sleeve.append(p));
                 }
                 at = std::mem::replace(&mut side.next, NONE) as usize;
             }
