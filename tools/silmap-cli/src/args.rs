@@ -516,6 +516,9 @@ pub(crate) struct HullArgs {
     /// Stop before a vertex is farther than this from the model; 0.01R is a hundredth of its bounding sphere's radius
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) max_distance: Option<Length>,
+    /// Keep the hull from passing through itself, where the model does not; takes longer
+    #[arg(long)]
+    pub(crate) no_self_intersections: bool,
     /// Make the hull tighter than its collapses leave it; it encloses the model all the same
     #[arg(long, value_name = "HOW", value_enum, default_value_t = TightenArg::Off)]
     pub(crate) tighten: TightenArg,

@@ -11,6 +11,7 @@ use glam::DVec3;
 use silmap_geometry::bvh::{Bvh, closest_weights};
 
 use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
+use super::self_crossing::FaceTree;
 use super::surface::{Contraction, Surface};
 use super::{HullError, HullParams};
 use crate::progress::{Monitor, Stage};
@@ -127,6 +128,8 @@ struct Collapser<'a> {
     /// Per face; stale for faces that are gone.
     shapes: Vec<FaceShape>,
     neighbourhood: Neighbourhood,
+    /// Where the hull may not pass through itself.
+    tree: Option<FaceTree>,
     face_count: usize,
     volume: f64,
     original_volume: f64,
@@ -167,6 +170,7 @@ pub(super) fn collapse(
             .map(|face| FaceShape::of(&surface, face))
             .collect(),
         neighbourhood: Neighbourhood::default(),
+        tree: (params.no_self_intersections).then(|| FaceTree::new(&surface)),
         face_count: half_edges / 3,
         volume,
         original_volume: volume.abs(),
@@ -292,6 +296,7 @@ impl Collapser<'_> {
                 || placement.added_volume > most
                 || self.volume + placement.added_volume > limits.volume
                 || !self.is_near(placement.position, limits.distance)
+                || self.would_cross_itself(entry.edge, placement.position)
             {
                 continue;
             }
@@ -303,6 +308,11 @@ impl Collapser<'_> {
             }
         }
         Ok(())
+    }
+
+    fn would_cross_itself(&mut self, edge: u32, position: DVec3) -> bool {
+        let surface = &self.state.surface;
+        (self.tree.as_mut()).is_some_and(|tree| tree.would_cross(surface, edge, position))
     }
 
     fn is_near(&self, position: DVec3, limit: f64) -> bool {
@@ -326,6 +336,9 @@ impl Collapser<'_> {
         let first_moved = state.moved.len();
         let contraction = state.surface.contract(edge, position, &mut state.moved);
         let (kept, removed) = (contraction.kept as usize, contraction.removed as usize);
+        if let Some(tree) = &mut self.tree {
+            tree.update_around(&state.surface, kept as u32, contraction.faces.map(|f| f.0));
+        }
         self.distance = self.distance.max(position.distance(surface_point));
         self.volume += added_volume;
         self.face_count -= 2;

@@ -11,6 +11,7 @@ mod coarse;
 mod collapse;
 mod placement;
 mod progressive;
+mod self_crossing;
 mod sequence;
 mod surface;
 mod tighten;
@@ -25,6 +26,7 @@ use surface::Surface;
 
 pub use coarse::RoundedHull;
 pub use progressive::{HullLevel, LevelSummary, ProgressiveHull};
+pub use self_crossing::count_self_crossings;
 pub use sequence::{MAGIC as SEQUENCE_MAGIC, SequenceError};
 pub use tighten::Tightening;
 pub use verify::{VerifyParams, VerifyReport, verify};
@@ -40,6 +42,8 @@ pub struct HullParams {
     pub max_distance: Option<f64>,
     /// Enclosed by the model rather than enclosing it.
     pub inner: bool,
+    /// No collapse may let the hull pass through itself. Where the model does, the hull may.
+    pub no_self_intersections: bool,
     /// Weight of the new faces' shape against the volume they add.
     pub compactness_weight: f64,
 }
@@ -51,6 +55,7 @@ impl Default for HullParams {
             volume_ratio: None,
             max_distance: None,
             inner: false,
+            no_self_intersections: false,
             compactness_weight: 1e-5,
         }
     }
@@ -157,6 +162,7 @@ pub fn build(
         original_volume: volume,
         unit,
         is_inner: params.inner,
+        may_cross_itself: !params.no_self_intersections,
         distance_limit: limits.distance,
     })
 }

@@ -20,6 +20,8 @@ pub struct ProgressiveHull {
     /// Object lengths per length in the collapsed surface: a power of two.
     pub(super) unit: f64,
     pub(super) is_inner: bool,
+    /// Whether collapses were free to let the hull pass through itself.
+    pub(super) may_cross_itself: bool,
     /// Distance from the model that no vertex may exceed, in the collapsed surface's coordinates.
     pub(super) distance_limit: f64,
 }
@@ -63,6 +65,12 @@ impl ProgressiveHull {
     #[must_use]
     pub fn is_inner(&self) -> bool {
         self.is_inner
+    }
+
+    /// Whether hulls of the sequence may pass through themselves: [`super::HullParams::no_self_intersections`] was not asked for.
+    #[must_use]
+    pub fn may_cross_itself(&self) -> bool {
+        self.may_cross_itself
     }
 
     /// All levels, finest first, each with two faces less than the one before.

@@ -7,7 +7,7 @@
 //! | 8 | [`MAGIC`] |
 //! | 4 | [`VERSION`] |
 //! | 4 | CRC-32 of all that follows |
-//! | 4 + 4 | 1 for an inner hull or 0; faces of the model |
+//! | 4 + 4 | sum of 1 for an inner hull and 2 where collapses kept it from passing through itself; faces of the model |
 //! | 8 + 8 | object lengths per length; distance from the model that no vertex may exceed |
 //! | 4 + 4 + 4 | vertices of the model; faces of the base mesh; vertex splits |
 //! | 16 a face | the base mesh: place of the face in the model, then its vertices |
@@ -29,7 +29,7 @@ use super::surface::{Contraction, GONE, Surface};
 /// What a file begins with.
 pub const MAGIC: [u8; 8] = *b"SILMAPPH";
 /// Version of the layout.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Why a file is no sequence.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -68,7 +68,7 @@ impl ProgressiveHull {
             moved,
         } = &self.collapsed;
         let mut body = Writer(Vec::with_capacity(steps.len() * 170 + positions.len() * 48));
-        body.number(u32::from(self.is_inner));
+        body.number(u32::from(self.is_inner) + 2 * u32::from(!self.may_cross_itself));
         body.number(self.original_faces as u32);
         body.real(self.unit);
         body.real(self.distance_limit);
@@ -127,7 +127,11 @@ impl ProgressiveHull {
             return damaged("its checksum does not fit");
         }
         let mut body = Reader(head.0);
-        let is_inner = body.number()? != 0;
+        let kind = body.number()?;
+        if kind > 3 {
+            return damaged("its kind is none");
+        }
+        let (is_inner, may_cross_itself) = (kind & 1 != 0, kind & 2 == 0);
         let original_faces = body.number()? as usize;
         let (unit, distance_limit) = (body.real()?, body.real()?);
         if !(unit.is_normal() && unit == unit.log2().round().exp2()) || distance_limit.is_nan() {
@@ -154,6 +158,7 @@ impl ProgressiveHull {
             original_faces,
             unit,
             is_inner,
+            may_cross_itself,
             distance_limit,
         })
     }

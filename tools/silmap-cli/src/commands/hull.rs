@@ -37,6 +37,8 @@ struct HullJson {
     verified: Option<bool>,
     /// How far the model pokes out of the hull (or an inner hull out of the model), model units; null when not checked.
     escaped_distance: Option<f64>,
+    /// Pairs of the hull's faces that pass through one another; null when not checked.
+    self_intersections: Option<u32>,
 }
 
 pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
@@ -83,6 +85,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         seconds,
         verified: check.as_ref().map(|c| c.encloses),
         escaped_distance: check.as_ref().map(|c| c.escaped_distance),
+        self_intersections: (args.verify).then(|| hull::count_self_crossings(&hull)),
     };
     if args.output.json {
         return output::print_json(&result);
@@ -109,6 +112,12 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
         let sequence = ProgressiveHull::from_bytes(&bytes).with_context(named)?;
         if args.inner && !sequence.is_inner() {
             anyhow::bail!("{}: the hulls in it are outer ones", named());
+        }
+        if args.no_self_intersections && sequence.may_cross_itself() {
+            anyhow::bail!(
+                "{}: its hulls may pass through themselves: make it again with --no-self-intersections",
+                named()
+            );
         }
         let model = sequence.model();
         let params = params_from_args(args, model.bounds().radius);
@@ -187,8 +196,13 @@ fn tell(args: &HullArgs, result: &HullJson) {
         Some(true) => ", verified",
         Some(false) => ", NOT verified",
     };
+    let crossings = match result.self_intersections {
+        None | Some(0) => String::new(),
+        Some(1) => ", passes through itself at one pair of faces".to_owned(),
+        Some(n) => format!(", passes through itself at {n} pairs of faces"),
+    };
     output::say(&format!(
-        "{}: {} faces, {:.4} times the model's volume, {:.2} s{verdict}",
+        "{}: {} faces, {:.4} times the model's volume, {:.2} s{verdict}{crossings}",
         args.out.display(),
         result.faces,
         result.volume_ratio,
@@ -210,6 +224,7 @@ fn params_from_args(args: &HullArgs, model_radius: f64) -> HullParams {
         volume_ratio: args.volume_ratio,
         max_distance: args.max_distance.map(|d| d.in_units(model_radius)),
         inner: args.inner,
+        no_self_intersections: args.no_self_intersections,
         ..defaults
     }
 }

@@ -15,6 +15,7 @@ mod recollapse;
 use glam::DVec3;
 use silmap_geometry::TriangleMesh;
 
+use super::self_crossing::FaceTree;
 use super::surface::Surface;
 use super::{HullError, HullLevel, ProgressiveHull, VerifyParams, verify};
 use crate::progress::Monitor;
@@ -110,6 +111,7 @@ impl ProgressiveHull {
         let mut tightener = Tightener {
             is_due: vec![true; surface.positions.len()],
             is_frozen,
+            tree: (!self.may_cross_itself).then(|| FaceTree::new(&surface)),
             surface,
             model,
             patch: Patch::default(),
@@ -158,6 +160,8 @@ struct Tightener<'a> {
     surface: Surface,
     model: Model<'a>,
     patch: Patch,
+    /// Where the hull may not pass through itself.
+    tree: Option<FaceTree>,
     /// Per face: whether it crosses the model, as it may where the hull overlaps itself; it then stays as it is.
     is_frozen: Vec<bool>,
     /// Per vertex: whether something around it changed since it was last placed.
@@ -218,12 +222,23 @@ impl Tightener<'_> {
             if gain <= LEAST_GAIN_REL * self.volume {
                 return None;
             }
-            if self.is_allowed(at) && (share == 1.0 || self.model.is_clear(&self.patch, at)) {
+            if self.is_allowed(at)
+                && (share == 1.0 || self.model.is_clear(&self.patch, at))
+                && !self.would_cross_itself(v, position)
+            {
                 self.surface.positions[v as usize] = position;
+                if let Some(tree) = &mut self.tree {
+                    tree.update_around(&self.surface, v, []);
+                }
                 return Some(gain);
             }
         }
         None
+    }
+
+    fn would_cross_itself(&mut self, vertex: u32, position: DVec3) -> bool {
+        let surface = &self.surface;
+        (self.tree.as_mut()).is_some_and(|t| t.would_cross_moved(surface, vertex, position))
     }
 
     fn is_patch_frozen(&self) -> bool {

@@ -103,8 +103,18 @@ impl Tightener<'_> {
             if !self.surface.can_contract(edge) {
                 continue;
             }
+            let surface = &self.surface;
+            if let Some(tree) = &mut self.tree
+                && tree.would_cross(surface, edge, entry.position)
+            {
+                continue;
+            }
             moved.clear();
             let contraction = self.surface.contract(edge, entry.position, &mut moved);
+            if let Some(tree) = &mut self.tree {
+                let gone = contraction.faces.map(|f| f.0);
+                tree.update_around(&self.surface, contraction.kept, gone);
+            }
             self.face_count -= 2;
             self.mark_due(contraction.kept);
             self.look_around(contraction.kept, &mut queue);
