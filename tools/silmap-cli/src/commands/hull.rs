@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Serialize;
 use silmap_geometry::{Appearance, Bvh, ColourImage, TriangleMesh};
 use silmap_preprocess::hull::{self, HullLevel, HullParams, ProgressiveHull, VerifyParams};
@@ -57,8 +57,8 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let level = progress
         .watch(|monitor| sequence.tightened_level(faces, args.tighten.into(), monitor))
         .with_context(named)?;
-    // In single precision, as every format can hold it: what is verified is what is written.
-    let hull = in_single_precision(&level, &model);
+    // What is verified is what is written.
+    let hull = as_written(&level, &model, &args.out);
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
         let (enclosed, enclosing) = if level.is_inner {
@@ -167,26 +167,36 @@ fn strip_of(sequence: &ProgressiveHull, hull: &TriangleMesh) -> anyhow::Result<C
     strip::draw(&meshes)
 }
 
-/// The level as it is written, with the colours of the model's vertices where it has such.
-fn in_single_precision(level: &HullLevel, model: &TriangleMesh) -> TriangleMesh {
-    let rounded = level.round().hull;
+/// The level as it is written, with the colours of the model's vertices where it has such: in single precision, as readers mostly
+/// take it in, unless the model is so far from the origin that too much would poke out, and the format holds more.
+fn as_written(level: &HullLevel, model: &TriangleMesh, path: &Path) -> TriangleMesh {
+    let rounded = level.round();
+    let most = VerifyParams::default().tolerance_rel * model.bounds().radius;
+    let is_glb = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
+    let positions = if rounded.leak <= most || is_glb {
+        rounded.hull.positions.into_iter().map(double).collect()
+    } else {
+        level.mesh.positions.clone()
+    };
     let mut appearance = Appearance::default();
     if !model.appearance.corner_colours.is_empty() {
         let bvh = Bvh::new(model);
-        let colour = |&p: &[f32; 3]| {
-            let (_, face, weights) = bvh.closest_point(double(p));
+        let colour = |&p: &DVec3| {
+            let (_, face, weights) = bvh.closest_point(p);
             let weights = weights.map(|w| w as f32);
             model.appearance.albedo(face as usize, weights)
         };
-        let colours: Vec<[f32; 3]> = rounded.surface_points.iter().map(colour).collect();
+        let colours: Vec<[f32; 3]> = level.surface_points.iter().map(colour).collect();
         let of_corners = |face: &[u32; 3]| face.map(|v| colours[v as usize]);
-        appearance.corner_colours = rounded.faces.iter().map(of_corners).collect();
+        appearance.corner_colours = level.mesh.faces.iter().map(of_corners).collect();
     }
     TriangleMesh {
         appearance,
-        positions: rounded.positions.into_iter().map(double).collect(),
-        faces: rounded.faces,
+        positions,
+        faces: level.mesh.faces.clone(),
     }
 }
 

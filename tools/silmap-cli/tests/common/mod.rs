@@ -143,3 +143,19 @@ pub(crate) fn fixture() -> &'static Fixture {
         }
     })
 }
+
+/// Asserts that a JSON object has a value at each path, its parts split by dots.
+pub(crate) fn check_fields(object: &Value, paths: &[&str]) {
+    for path in paths {
+        let pointer = format!("/{}", path.replace('.', "/"));
+        assert!(
+            object.pointer(&pointer).is_some_and(|v| !v.is_null()),
+            "{path} is missing in {object}"
+        );
+    }
+}
+
+/// A path as an argument.
+pub(crate) fn path(p: &Path) -> &str {
+    p.to_str().unwrap()
+}
