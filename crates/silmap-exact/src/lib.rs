@@ -27,6 +27,7 @@
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, sections 5 and 6.
 
+mod align;
 mod arrangement;
 mod backface_regions;
 mod boundary;
@@ -43,15 +44,18 @@ mod facing;
 mod loops;
 mod outline;
 mod plane_block;
+mod simplify;
 mod viewpoint;
 mod walk;
 
+pub use align::{AlignError, AlignParams, Pose, angle_between, refine_pose};
 pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
 pub use edge_mesh::{EdgeMesh, EdgeMeshError};
 pub use extractor::{Extractor, Method, Work};
 pub use facing::is_front_facing;
 pub use loops::{ChainError, OutlineError, chain_loops, outline_loops};
 pub use outline::Outliner;
+pub use simplify::{SimplifyError, SimplifyParams, silhouette_nearness, simplify};
 pub use viewpoint::Viewpoint;
 pub use walk::{WALK_STEP_RAD, walk_around};
 

@@ -1,0 +1,137 @@
+//! A closed mesh while edges are collapsed.
+
+use glam::DVec3;
+
+/// Least cosine between the normals of a face before and after.
+const LEAST_TURN_COSINE: f64 = 0.2;
+
+/// Least area of a face over its longest side squared.
+const LEAST_SHAPE: f64 = 1e-4;
+
+/// Faces by vertex, and what became of both.
+#[derive(Clone, Debug)]
+pub(super) struct Shrinking {
+    positions: Vec<DVec3>,
+    faces: Vec<[u32; 3]>,
+    is_gone: Vec<bool>,
+    /// Per vertex: the faces at it.
+    faces_at: Vec<Vec<u32>>,
+    /// Per vertex: how often it changed.
+    versions: Vec<u32>,
+    face_count: usize,
+}
+
+impl Shrinking {
+    pub(super) fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
+        let mut faces_at = vec![Vec::new(); positions.len()];
+        for (f, face) in (0..).zip(&faces) {
+            for &v in face {
+                faces_at[v as usize].push(f);
+            }
+        }
+        Self {
+            versions: vec![0; positions.len()],
+            is_gone: vec![false; faces.len()],
+            face_count: faces.len(),
+            positions,
+            faces,
+            faces_at,
+        }
+    }
+
+    pub(super) fn face_count(&self) -> usize {
+        self.face_count
+    }
+
+    pub(super) fn position(&self, v: u32) -> DVec3 {
+        self.positions[v as usize]
+    }
+
+    pub(super) fn version(&self, v: u32) -> u32 {
+        self.versions[v as usize]
+    }
+
+    /// The vertices that share an edge with `v`, ascending.
+    pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
+        let faces = self.faces_at[v as usize].iter();
+        let mut others: Vec<u32> = faces
+            .flat_map(|&f| self.faces[f as usize])
+            .filter(|&w| w != v)
+            .collect();
+        others.sort_unstable();
+        others.dedup();
+        others
+    }
+
+    /// Whether collapsing the edge leaves a closed manifold: its ends have no common neighbours but the two beside it, and those
+    /// keep three faces.
+    pub(super) fn can_collapse(&self, [a, b]: [u32; 2]) -> bool {
+        let of_b = self.neighbours(b);
+        let of_a = self.neighbours(a);
+        let common: Vec<u32> = of_a
+            .into_iter()
+            .filter(|v| of_b.binary_search(v).is_ok())
+            .collect();
+        let is_edge = of_b.binary_search(&a).is_ok();
+        let keeps = |&v: &u32| self.faces_at[v as usize].len() > 3;
+        is_edge && common.len() == 2 && common.iter().all(keeps)
+    }
+
+    /// Whether no face turns over or loses its shape when the ends of an edge both move to `p`.
+    pub(super) fn is_sound(&self, ends: [u32; 2], p: DVec3) -> bool {
+        let at_ends = ends.iter().flat_map(|&v| &self.faces_at[v as usize]);
+        at_ends.into_iter().all(|&f| {
+            let face = self.faces[f as usize];
+            if ends.iter().all(|v| face.contains(v)) {
+                return true;
+            }
+            let old = face.map(|v| self.position(v));
+            let new = face.map(|v| {
+                if ends.contains(&v) {
+                    p
+                } else {
+                    self.position(v)
+                }
+            });
+            let cross = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+            let (before, after) = (cross(old), cross(new));
+            let [a, b, c] = new;
+            let longest = (a.distance_squared(b))
+                .max(b.distance_squared(c))
+                .max(c.distance_squared(a));
+            let turn = before.normalize_or_zero().dot(after.normalize_or_zero());
+            after.length() > LEAST_SHAPE * longest
+                && (turn > LEAST_TURN_COSINE || before == DVec3::ZERO)
+        })
+    }
+
+    /// Moves both ends of an edge to `p` and makes them one, the first.
+    pub(super) fn collapse(&mut self, [kept, removed]: [u32; 2], p: DVec3) {
+        self.positions[kept as usize] = p;
+        for f in std::mem::take(&mut self.faces_at[removed as usize]) {
+            let face = &mut self.faces[f as usize];
+            if face.contains(&kept) {
+                let corners = *face;
+                self.is_gone[f as usize] = true;
+                self.face_count -= 1;
+                for v in corners.into_iter().filter(|&v| v != removed) {
+                    self.faces_at[v as usize].retain(|&g| g != f);
+                }
+            } else {
+                for v in face.iter_mut().filter(|v| **v == removed) {
+                    *v = kept;
+                }
+                self.faces_at[kept as usize].push(f);
+            }
+        }
+        self.versions[kept as usize] += 1;
+        self.versions[removed as usize] += 1;
+    }
+
+    /// The vertices, those of no face too, and the faces that are left.
+    pub(super) fn into_parts(self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let faces = self.faces.into_iter().zip(self.is_gone);
+        let left = faces.filter_map(|(face, is_gone)| (!is_gone).then_some(face));
+        (self.positions, left.collect())
+    }
+}
