@@ -3,6 +3,8 @@
 //! Values that a library params struct knows a default for show that default here; a test in `commands::build` holds the
 //! two together.
 
+mod applications;
+
 use std::path::PathBuf;
 
 use clap::error::ErrorKind;
@@ -10,6 +12,8 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap, ViewContour};
 use silmap_preprocess::hull::Tightening;
+
+pub(crate) use applications::{AlignArgs, SimplifyArgs};
 
 use crate::values::{
     Backdrop, Length, Share, Size, parse_backdrop, parse_length, parse_point, parse_positive,
@@ -49,6 +53,8 @@ pub(crate) enum Command {
     Report(ReportArgs),
     Hull(HullArgs),
     Edges(EdgesArgs),
+    Simplify(SimplifyArgs),
+    Align(AlignArgs),
     Generate(GenerateArgs),
 }
 
@@ -67,6 +73,8 @@ impl Command {
             Self::Report(a) => a.pool.threads,
             Self::Hull(a) => a.pool.threads,
             Self::Edges(a) => a.pool.threads,
+            Self::Simplify(a) => a.pool.threads,
+            Self::Align(a) => a.pool.threads,
             Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
         }
     }

@@ -2,9 +2,35 @@
 
 use anyhow::Context;
 use glam::DVec3;
+use serde::Serialize;
 use silmap_geometry::{Camera, CameraError};
 
 use crate::args::CameraArgs;
+
+/// A camera in numbers that `align` reads again.
+#[derive(Serialize)]
+pub(crate) struct CameraJson {
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    fov_y_degrees: f64,
+    width: u32,
+    height: u32,
+}
+
+impl CameraJson {
+    /// The camera as eye, a point in the middle of its view, and its own up vector.
+    pub(crate) fn new(camera: &Camera, distance: f64) -> Self {
+        Self {
+            eye: camera.eye.to_array(),
+            target: (camera.eye + camera.forward * distance).to_array(),
+            up: camera.up.to_array(),
+            fov_y_degrees: camera.fov_y_rad().to_degrees(),
+            width: camera.width_px,
+            height: camera.height_px,
+        }
+    }
+}
 
 /// The camera for a model with this bounding sphere.
 ///

@@ -11,7 +11,7 @@ use silmap_geometry::{Camera, Loop, Mask};
 use silmap_map::{Detail, Interpolation, Outline, Scratch, outline};
 
 use crate::args::{ContourArgs, ContourFormat, MethodArg};
-use crate::camera::camera_from_args;
+use crate::camera::{CameraJson, camera_from_args};
 use crate::files::read_asset;
 use crate::output::{self, OutputFile};
 use crate::pictures::encode_mask_png;
@@ -30,30 +30,6 @@ struct ContourJson<'a> {
     loops: Vec<Vec<[f64; 2]>>,
     /// Of the interpolation alone with warm buffers, the median of some calls.
     seconds: f64,
-}
-
-#[derive(Serialize)]
-struct CameraJson {
-    eye: [f64; 3],
-    target: [f64; 3],
-    up: [f64; 3],
-    fov_y_degrees: f64,
-    width: u32,
-    height: u32,
-}
-
-impl CameraJson {
-    /// The camera as eye, a point in the middle of its view, and its own up vector.
-    fn new(camera: &Camera, distance: f64) -> Self {
-        Self {
-            eye: camera.eye.to_array(),
-            target: (camera.eye + camera.forward * distance).to_array(),
-            up: camera.up.to_array(),
-            fov_y_degrees: camera.fov_y_rad().to_degrees(),
-            width: camera.width_px,
-            height: camera.height_px,
-        }
-    }
 }
 
 pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {

@@ -1,5 +1,6 @@
 //! One module for each subcommand.
 
+mod align;
 mod build;
 mod contour;
 mod demo;
@@ -10,6 +11,7 @@ mod hull;
 mod inspect;
 mod render;
 mod report;
+mod simplify;
 
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
@@ -44,6 +46,8 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Report(args) => report::run(&args),
         Command::Hull(args) => hull::run(&args),
         Command::Edges(args) => edges::run(&args),
+        Command::Simplify(args) => simplify::run(&args),
+        Command::Align(args) => align::run(&args),
         Command::Generate(args) => generate::run(&args),
     }
 }

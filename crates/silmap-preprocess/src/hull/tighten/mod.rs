@@ -13,7 +13,7 @@ mod patch;
 mod recollapse;
 
 use glam::DVec3;
-use silmap_geometry::TriangleMesh;
+use silmap_geometry::{Bvh, TriangleMesh};
 
 use super::self_crossing::FaceTree;
 use super::surface::Surface;
@@ -87,11 +87,21 @@ impl ProgressiveHull {
     ) -> Result<HullLevel, HullError> {
         let mut best = self.level(faces);
         for schedule in tightening.schedules() {
-            let level = self.tightened(faces, schedule, monitor)?;
-            let is_smaller = (level.volume < best.volume) != self.is_inner;
-            let is_coarse = level.mesh.faces.len() <= best.mesh.faces.len();
-            if is_smaller && is_coarse && self.is_right(&level) {
-                best = level;
+            // What goes wrong, does so where the hull passes through itself: then once more without that.
+            for may_cross_itself in [true, false] {
+                if may_cross_itself && !self.may_cross_itself {
+                    continue;
+                }
+                let level = self.tightened(faces, schedule, may_cross_itself, monitor)?;
+                if !self.is_right(&level) {
+                    continue;
+                }
+                let is_smaller = (level.volume < best.volume) != self.is_inner;
+                let is_coarse = level.mesh.faces.len() <= best.mesh.faces.len();
+                if is_smaller && is_coarse {
+                    best = level;
+                }
+                break;
             }
         }
         Ok(best)
@@ -101,6 +111,7 @@ impl ProgressiveHull {
         &self,
         faces: usize,
         schedule: &Schedule,
+        may_cross_itself: bool,
         monitor: &Monitor<'_>,
     ) -> Result<HullLevel, HullError> {
         let (surface, face_count) = self.surface_at(faces.saturating_mul(schedule.start));
@@ -111,7 +122,7 @@ impl ProgressiveHull {
         let mut tightener = Tightener {
             is_due: vec![true; surface.positions.len()],
             is_frozen,
-            tree: (!self.may_cross_itself).then(|| FaceTree::new(&surface)),
+            tree: (!may_cross_itself).then(|| FaceTree::new(&surface)),
             surface,
             model,
             patch: Patch::default(),
@@ -125,7 +136,7 @@ impl ProgressiveHull {
         Ok(self.level_of(&tightener.surface))
     }
 
-    /// Whether a level encloses the model, or the model an inner one.
+    /// Whether a level encloses the model, or the model an inner one, and is nowhere inside out.
     fn is_right(&self, level: &HullLevel) -> bool {
         let hull = TriangleMesh {
             positions: level
@@ -152,8 +163,21 @@ impl ProgressiveHull {
             ..VerifyParams::default()
         };
         let report = verify(inside, outside, &params);
-        report.encloses
+        report.encloses && (self.is_inner || !is_inside_out(&hull))
     }
+}
+
+/// How far beside a face its winding number is asked for, in the collapsed surface's coordinates, where the model is about one.
+const BESIDE: f64 = 1e-9;
+
+/// Whether a hull winds around some part of space the wrong way: such a part would count as negative volume.
+fn is_inside_out(hull: &TriangleMesh) -> bool {
+    let tree = Bvh::new(hull);
+    (0..hull.faces.len()).any(|face| {
+        let [a, b, c] = hull.corners(face);
+        let normal = hull.face_cross(face).normalize_or_zero();
+        tree.winding_number((a + b + c) / 3.0 + normal * BESIDE) < 0
+    })
 }
 
 struct Tightener<'a> {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 
+use super::is_inside_out;
 use crate::hull::{
     HullLevel, HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify,
 };
@@ -79,6 +80,29 @@ fn it_takes_a_good_part_of_what_is_too_much() {
             );
         }
     }
+}
+
+#[test]
+fn no_part_of_it_is_inside_out() {
+    // Few faces around a hole: placed freely, they pass through one another, and what they then wind around the wrong way counts
+    // as negative volume.
+    let mesh = ClosedMesh::try_from(models::torus(2000)).unwrap();
+    let mut n_wrong = 0;
+    for faces in [48, 64, 80, 100, 120] {
+        let hull = hull_of(&mesh, &params(faces));
+        for schedule in Tightening::Best.schedules() {
+            let free =
+                (hull.tightened(faces as usize, schedule, true, &Monitor::silent())).unwrap();
+            n_wrong += u32::from(is_inside_out(&free.mesh));
+        }
+        for how in [Tightening::Fast, Tightening::Best] {
+            let level = tightened(&hull, faces as usize, how);
+            assert!(level.volume_ratio > 1.0, "{}", level.volume_ratio);
+            assert!(!is_inside_out(&level.mesh));
+            assert_encloses(&mesh, &level, "torus");
+        }
+    }
+    assert!(n_wrong > 0, "the test does not see what it is for");
 }
 
 #[test]

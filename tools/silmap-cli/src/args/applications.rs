@@ -1,0 +1,73 @@
+//! Options of the commands that put exact silhouettes to use.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec3;
+
+use super::{MendingArgs, OutputArgs, PoolArgs};
+use crate::values::parse_point;
+
+/// Simplifies a model but keeps its silhouettes
+///
+/// Edges are collapsed by their quadric error, which weighs many times more on or near a silhouette as seen from the given
+/// viewpoints. Nothing encloses the model here: for that there is `silmap hull`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap simplify bunny.ply --close-holes --faces 800 --eye 0.3,0.2,0.4 -o simple.obj
+  silmap simplify bunny.ply --close-holes --faces 800 --eyes path.txt -o simple.ply --json")]
+#[command(group = clap::ArgGroup::new("viewpoints").required(true).multiple(true).args(["eye", "eyes"]))]
+pub(crate) struct SimplifyArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// The mesh to write: .obj, .ply or .glb
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: PathBuf,
+    /// Stop at this many faces
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(4..))]
+    pub(crate) faces: u32,
+    /// Viewpoint whose silhouettes are kept, in model units; may be given several times
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) eye: Vec<DVec3>,
+    /// A text file of further viewpoints, one x,y,z a line
+    #[arg(long, value_name = "FILE")]
+    pub(crate) eyes: Option<PathBuf>,
+    /// Faces seen within this angle of edge-on are near a silhouette, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 12.0)]
+    pub(crate) band: f64,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Finds the camera from which a model fits an outline in an image
+///
+/// The pose to start from is a JSON file with a camera as `silmap contour` prints it: eye, target, up and fov_y_degrees; without
+/// the last the model's bounding sphere just fits. Eye and orientation are refined, the field of view is kept.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  silmap align bunny.ply --close-holes --mask bunny.png --start pose.json -o refined.json")]
+pub(crate) struct AlignArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// A picture of the outline, bright inside
+    #[arg(long, value_name = "IMG")]
+    pub(crate) mask: PathBuf,
+    /// The camera to start from
+    #[arg(long, value_name = "POSE")]
+    pub(crate) start: PathBuf,
+    /// Write the refined pose here: it can be started from again
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}

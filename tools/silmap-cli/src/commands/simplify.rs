@@ -1,0 +1,138 @@
+//! `silmap simplify`: fewer faces, the same silhouettes from some viewpoints.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use glam::DVec3;
+use serde::Serialize;
+use silmap_exact::{SimplifyParams, simplify};
+use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
+use silmap_preprocess::capture::cpu::rasterise;
+use silmap_preprocess::evaluate::compare;
+use silmap_preprocess::mesh_io;
+
+use crate::args::SimplifyArgs;
+use crate::files::load_model;
+use crate::output::{self, OutputFile};
+use crate::values::parse_point;
+
+/// Silhouettes are compared in pictures of this side, pixels.
+const COMPARED_PX: u32 = 512;
+
+#[derive(Serialize)]
+struct SimplifyJson<'a> {
+    out: &'a Path,
+    faces: usize,
+    vertices: usize,
+    original_faces: usize,
+    viewpoints: usize,
+    /// Pixels that are wrong as seen from the viewpoints, over those inside.
+    error: ErrorJson,
+    /// The same for as many faces when no viewpoint guides the collapses.
+    unguided_error: ErrorJson,
+    /// Of simplifying alone.
+    seconds: f64,
+}
+
+#[derive(Clone, Copy, Serialize)]
+struct ErrorJson {
+    misclassified_mean: f64,
+    misclassified_max: f64,
+}
+
+pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
+    mesh_io::check_output(&args.out)?;
+    let file = OutputFile::check(&args.out)?;
+    let mut eyes = args.eye.clone();
+    if let Some(path) = &args.eyes {
+        eyes.extend(read_eyes(path)?);
+    }
+    let named = || args.model.display().to_string();
+    let model = load_model(&args.model, args.mending)?.mesh;
+    let cameras = eyes
+        .iter()
+        .map(|&eye| camera_at(eye, &model))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let params = SimplifyParams {
+        target_faces: args.faces,
+        band_rad: args.band.to_radians(),
+        ..SimplifyParams::default()
+    };
+    let since = Instant::now();
+    let simple = simplify(&model, &eyes, &params).with_context(named)?;
+    let seconds = since.elapsed().as_secs_f64();
+    let plain = simplify(&model, &[], &params).with_context(named)?;
+    let error = |mesh| error_of(mesh, model.mesh(), &cameras).with_context(named);
+    let result = SimplifyJson {
+        out: &args.out,
+        faces: simple.faces.len(),
+        vertices: simple.positions.len(),
+        original_faces: model.mesh().faces.len(),
+        viewpoints: eyes.len(),
+        error: error(&simple)?,
+        unguided_error: error(&plain)?,
+        seconds,
+    };
+    file.write(&mesh_io::encode(&args.out, &simple)?)?;
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    output::say(&format!(
+        "{}: {} of {} faces; from {} viewpoints {:.3} % of the pixels inside are wrong, {:.3} % without guidance",
+        args.out.display(),
+        result.faces,
+        result.original_faces,
+        result.viewpoints,
+        100.0 * result.error.misclassified_mean,
+        100.0 * result.unguided_error.misclassified_mean,
+    ));
+    Ok(())
+}
+
+/// The viewpoints of a text file: one a line; empty lines and those that begin with # say nothing.
+fn read_eyes(path: &Path) -> anyhow::Result<Vec<DVec3>> {
+    let shown = path.display();
+    let text = std::fs::read_to_string(path).with_context(|| shown.to_string())?;
+    let mut eyes = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let parsed = parse_point(line).map_err(anyhow::Error::msg);
+        eyes.push(parsed.with_context(|| format!("{shown}: line {number}"))?);
+    }
+    if eyes.is_empty() {
+        bail!("{shown}: there is no viewpoint in it");
+    }
+    Ok(eyes)
+}
+
+fn camera_at(eye: DVec3, model: &ClosedMesh) -> anyhow::Result<Camera> {
+    let bounds = model.bounds();
+    let size = (COMPARED_PX, COMPARED_PX);
+    Camera::fit_sphere(eye, bounds.center, bounds.radius, None, size)
+        .with_context(|| format!("viewpoint {},{},{}", eye.x, eye.y, eye.z))
+}
+
+fn error_of(
+    simple: &TriangleMesh,
+    model: &TriangleMesh,
+    cameras: &[Camera],
+) -> anyhow::Result<ErrorJson> {
+    let mut masks = [(); 2].map(|()| Mask::new(COMPARED_PX, COMPARED_PX));
+    let (mut sum, mut most) = (0.0, 0.0_f64);
+    for camera in cameras {
+        for (mesh, mask) in [simple, model].into_iter().zip(&mut masks) {
+            rasterise(mesh, camera, CoverageRule::Center, mask)?;
+        }
+        let (misclassified, _) = compare(&masks[0], &masks[1]);
+        sum += misclassified;
+        most = most.max(misclassified);
+    }
+    Ok(ErrorJson {
+        misclassified_mean: sum / cameras.len().max(1) as f64,
+        misclassified_max: most,
+    })
+}
