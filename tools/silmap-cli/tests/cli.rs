@@ -40,7 +40,7 @@ fn help_is_as_it_was() {
     let mut changed = Vec::new();
     for command in [
         "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull", "edges",
-        "generate",
+        "simplify", "align", "generate",
     ] {
         let arguments: Vec<&str> = [command, "--help"]
             .into_iter()
