@@ -275,10 +275,23 @@ pub(crate) enum ModeArg {
     Textured,
     /// The textured hull, clipped to the interpolated silhouette
     Clipped,
+    /// The textured hull, clipped to the exact silhouette of the full mesh (needs --model)
+    Exact,
     /// The interpolated silhouette alone
     Silhouette,
     /// Where the silhouette is wrong: red too much, blue too little (needs --model)
     Difference,
+    /// Silhouette edges of the full mesh, hidden ones left out, found pixel by pixel (needs --model, as all of these): where faces
+    /// behind are as deep as those in front
+    EdgesEqual,
+    /// The edges of faces behind, as lines
+    EdgesWireframe,
+    /// Faces behind, pulled towards the eye: thin on round rims, wide at sharp edges
+    EdgesTranslate,
+    /// Faces behind, fattened by one width
+    EdgesFatten,
+    /// Fattened in greys, with strokes along grazing faces
+    EdgesCharcoal,
 }
 
 /// How the outline is smoothed.
@@ -297,10 +310,12 @@ pub(crate) enum AntialiasArg {
 #[command(after_help = "\
 Examples:
   silmap render bunny.glb --eye -0.2,0.2,0.3 -o bunny.png
-  silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png")]
+  silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png
+  silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png")]
 pub(crate) struct RenderArgs {
-    /// The asset
-    pub(crate) asset: PathBuf,
+    /// The asset; original and edges-* do without
+    #[arg(required_unless_present = "model")]
+    pub(crate) asset: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
     /// The picture to write
@@ -321,6 +336,13 @@ pub(crate) struct RenderArgs {
     /// The full mesh, for modes that need it
     #[arg(long, value_name = "MODEL")]
     pub(crate) model: Option<PathBuf>,
+    /// Width of lines in modes edges-*, outside of the model, in pixels; edges-equal has none, those of edges-translate lie inside
+    /// and are this wide on rims as round as a sixteenth of the model
+    #[arg(long, value_name = "PX", default_value = "2", value_parser = parse_positive)]
+    pub(crate) width: f64,
+    /// In modes edges-*: take the model as it is, open or with faces turned any way, and find the nearest faces by an item buffer
+    #[arg(long, conflicts_with_all = ["close_holes", "repair"])]
+    pub(crate) soup: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]

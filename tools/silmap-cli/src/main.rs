@@ -3,6 +3,7 @@
 mod args;
 mod camera;
 mod commands;
+mod exact_shape;
 mod files;
 mod interrupt;
 mod machine;

@@ -124,6 +124,9 @@ fn wrong_usage_ends_in_2() {
         &[
             "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "original",
         ],
+        &[
+            "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "exact",
+        ],
     ] {
         let ended = run(arguments);
         assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.err);
@@ -743,8 +746,14 @@ fn pictures_have_the_size_asked_for_and_differ_by_mode() {
         "coarse",
         "textured",
         "clipped",
+        "exact",
         "silhouette",
         "difference",
+        "edges-equal",
+        "edges-wireframe",
+        "edges-translate",
+        "edges-fatten",
+        "edges-charcoal",
     ] {
         let out = folder.join(format!("{mode}.png"));
         let ended = run(&[
@@ -775,6 +784,92 @@ fn pictures_have_the_size_asked_for_and_differ_by_mode() {
         assert!(!seen.contains(&bytes), "{mode} looks like another mode");
         seen.push(bytes);
     }
+}
+
+#[test]
+fn the_exact_mode_tells_of_its_fans() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model, folder) = (
+        path(&fixture().asset),
+        path(&fixture().model),
+        scratch("exact"),
+    );
+    let out = folder.join("exact.png");
+    let drawn = run_json(&[
+        "render",
+        asset,
+        "--eye",
+        "1,3,2",
+        "--mode",
+        "exact",
+        "--model",
+        model,
+        "--json",
+        "-o",
+        path(&out),
+    ]);
+    let number = |name: &str| drawn["fans"][name].as_f64().unwrap();
+    assert!(number("loops") >= 1.0 && number("loops_decomposed") >= number("loops"));
+    assert!(number("fan_area_decomposed") <= number("fan_area"));
+    assert!(number("fan_area_decomposed") > 1000.0);
+}
+
+#[test]
+fn lines_are_drawn_of_a_model_alone_and_of_faces_turned_any_way() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let folder = scratch("lines");
+    // An open box whose sides are turned this way and that: no other command takes it.
+    let soup = folder.join("soup.obj");
+    fs::write(
+        &soup,
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+         f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\n",
+    )
+    .unwrap();
+    let draw = |name: &str, model: &Path, more: &[&str]| {
+        let out = folder.join(name);
+        let mut arguments = vec!["render", "--model", path(model), "--eye", "4,3,2", "--size"];
+        arguments.extend(["96x96", "--mode", "edges-fatten", "-o", path(&out)]);
+        arguments.extend(more);
+        let ended = run(&arguments);
+        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
+        let picture = image::open(&out).unwrap().to_luma8();
+        picture.pixels().filter(|p| p.0[0] < 128).count()
+    };
+    let model = &fixture().model;
+    let (thin, wide) = (
+        draw("thin.png", model, &["--width", "1"]),
+        draw("wide.png", model, &["--width", "4"]),
+    );
+    assert!(thin > 50 && wide > 2 * thin, "{thin} and {wide}");
+    assert!(draw("soup.png", &soup, &["--soup"]) > 50);
+
+    let out = folder.join("never.png");
+    let line = [
+        "render",
+        "--model",
+        path(&soup),
+        "--eye",
+        "4,3,2",
+        "-o",
+        path(&out),
+    ];
+    for more in [
+        &["--mode", "clipped"][..],
+        &["--mode", "original", "--soup"],
+        &["--mode", "edges-fatten", "--soup", "--close-holes"],
+        &["--mode", "edges-fatten", "--width", "0"],
+    ] {
+        let ended = run(&[&line[..], more].concat());
+        assert_eq!(ended.code, 2, "{more:?}: {}", ended.err);
+    }
+    let ended = run(&[&line[..], &["--mode", "edges-fatten"]].concat());
+    check_one_sentence(&ended, "an open model without --soup");
+    assert!(!out.exists());
 }
 
 #[test]
