@@ -49,6 +49,7 @@ pub(crate) enum Command {
     Report(ReportArgs),
     Hull(HullArgs),
     Edges(EdgesArgs),
+    Bench(BenchArgs),
     Generate(GenerateArgs),
 }
 
@@ -67,6 +68,7 @@ impl Command {
             Self::Report(a) => a.pool.threads,
             Self::Hull(a) => a.pool.threads,
             Self::Edges(a) => a.pool.threads,
+            Self::Bench(a) => a.pool.threads,
             Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
         }
     }
@@ -628,6 +630,45 @@ pub(crate) struct EdgesArgs {
     /// Draw the edges, hidden ones too, into this file
     #[arg(long, value_name = "FILE")]
     pub(crate) svg: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Measures interpolation, extraction and frames of a model side by side.
+///
+/// Rows are `full` (the mesh), `hull` (the painted hull, unclipped), `clipped-METHOD-ANTIALIAS`, `exact-METHOD` (the hull clipped by
+/// exact edges, unsmoothed), and without drawing `edges-METHOD` (extraction) and `contour-METHOD` (interpolation). Each is timed at
+/// the viewpoints of one walk around the model in steps of 0.5°.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap bench bunny.ply --close-holes --json
+  silmap bench bunny.ply --close-holes --asset bunny.glb --faces-full 1200000 --edges brute --edges jc")]
+pub(crate) struct BenchArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// Its asset [default: built with the defaults of `silmap build`]
+    #[arg(long, value_name = "ASSET.glb")]
+    pub(crate) asset: Option<PathBuf>,
+    /// Cut the faces of the full mesh into four while there are at most this many
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=50_000_000))]
+    pub(crate) faces_full: u32,
+    /// Draw this many in a frame, one after the other, each from the next viewpoint of the walk
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) instances: u32,
+    /// Size of the pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_size)]
+    pub(crate) size: Size,
+    /// Frames of each row
+    #[arg(long, value_name = "N", default_value_t = 31, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) repeat: u32,
+    /// Methods of extraction to measure; may be given several times [default: all]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) edges: Vec<ExtractionArg>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]

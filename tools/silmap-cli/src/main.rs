@@ -1,6 +1,7 @@
 //! The `silmap` command: options in, one library call, result out.
 
 mod args;
+mod bench;
 mod camera;
 mod commands;
 mod exact_shape;
@@ -12,6 +13,7 @@ mod output;
 mod pictures;
 mod progress;
 mod strip;
+mod subdivide;
 mod values;
 
 use std::process::ExitCode;

@@ -54,7 +54,7 @@ fn help_is_as_it_was() {
     let mut changed = Vec::new();
     for command in [
         "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull", "edges",
-        "generate",
+        "bench", "generate",
     ] {
         let arguments: Vec<&str> = [command, "--help"]
             .into_iter()
@@ -117,6 +117,8 @@ fn wrong_usage_ends_in_2() {
         &["contour", asset, "--eye", "0,0,3", "--detail", "7"],
         &["contour", asset],
         &["edges", "m.ply"],
+        &["bench", "m.ply", "--repeat", "0"],
+        &["bench", "m.ply", "--edges", "guess"],
         &["edges", "m.ply", "--eye", "0,0,3", "--direction", "0,0,1"],
         &["edges", "m.ply", "--eye", "0,0,3", "--method", "guess"],
         &["edges", "m.ply", "--eye", "0,0,3", "--walk", "0"],
@@ -870,6 +872,88 @@ fn lines_are_drawn_of_a_model_alone_and_of_faces_turned_any_way() {
     let ended = run(&[&line[..], &["--mode", "edges-fatten"]].concat());
     check_one_sentence(&ended, "an open model without --soup");
     assert!(!out.exists());
+}
+
+#[test]
+fn bench_says_what_scripts_read() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model) = (path(&fixture().asset), path(&fixture().model));
+    let faces = run_json(&["inspect", asset, "--json"])["model"]["faces"].clone();
+    let finer = (4 * faces.as_u64().unwrap()).to_string();
+    let measured = run_json(&[
+        "bench",
+        model,
+        "--asset",
+        asset,
+        "--faces-full",
+        &finer,
+        "--size",
+        "160x120",
+        "--repeat",
+        "3",
+        "--instances",
+        "2",
+        "--edges",
+        "brute",
+        "--edges",
+        "dual",
+        "--json",
+    ]);
+    check_fields(&measured, &["adapter", "timing", "ratios"]);
+    let rows = measured["rows"].as_array().unwrap();
+    let row = |name: &str| {
+        let found = rows.iter().find(|r| r["name"] == name);
+        found.unwrap_or_else(|| panic!("{name} is missing"))
+    };
+    let number = |name: &str, field: &str| row(name)[field].as_f64().unwrap();
+    for name in [
+        "full",
+        "hull",
+        "clipped-tight-soft",
+        "clipped-hull-none",
+        "clipped-paper-msaa",
+        "exact-brute",
+        "exact-dual",
+    ] {
+        assert!(number(name, "seconds_median") > 0.0, "{name}");
+        assert!(number(name, "cpu_seconds_median") > 0.0, "{name}");
+        assert_eq!(number(name, "repeat"), 3.0, "{name}");
+        if name != "full" {
+            let ratio = &measured["ratios"][format!("full/{name}")];
+            assert!(ratio.as_f64().unwrap() > 0.0, "{name}");
+        }
+    }
+    for name in [
+        "edges-brute",
+        "edges-dual",
+        "contour-tight",
+        "contour-hull",
+        "contour-paper",
+    ] {
+        assert!(number(name, "seconds_median") > 0.0, "{name}");
+        assert_eq!(number(name, "repeat"), 6.0, "{name}");
+    }
+    assert_eq!(number("full", "faces").to_string(), finer);
+    assert_eq!(
+        number("edges-brute", "silhouette_edges"),
+        number("edges-dual", "silhouette_edges")
+    );
+    // What is exact has no error to speak of, what is interpolated some, and the bare hull the most.
+    let [exact, tight, hull] =
+        ["exact-dual", "clipped-tight-none", "hull"].map(|n| number(n, "outline_error"));
+    assert!(
+        exact < 0.01 && number("full", "outline_error") < 0.01,
+        "{exact}"
+    );
+    assert!(exact < tight && tight < hull, "{exact}, {tight}, {hull}");
+    assert!((tight - number("contour-tight", "outline_error")).abs() < 0.1);
+
+    let told = run(&[
+        "bench", model, "--asset", asset, "--size", "64x64", "--repeat", "1", "--edges", "brute",
+    ]);
+    assert!(told.out.contains("clipped-tight-soft"), "{told:?}");
 }
 
 #[test]

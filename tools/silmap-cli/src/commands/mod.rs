@@ -1,5 +1,6 @@
 //! One module for each subcommand.
 
+mod bench;
 mod build;
 mod contour;
 mod demo;
@@ -44,6 +45,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Report(args) => report::run(&args),
         Command::Hull(args) => hull::run(&args),
         Command::Edges(args) => edges::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => generate::run(&args),
     }
 }
