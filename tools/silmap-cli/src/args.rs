@@ -481,6 +481,9 @@ pub(crate) struct ReportArgs {
     /// Side of the test pictures in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub(crate) resolution: u32,
+    /// Compare with exact extraction by every method and at several resolutions of the model; takes minutes
+    #[arg(long)]
+    pub(crate) comparison: bool,
     /// How many of the worst viewpoints of the best method to show
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=100))]
     pub(crate) worst: u32,

@@ -173,6 +173,33 @@ impl Bench<'_> {
         Ok((rows, drawer.timer.is_some()))
     }
 
+    /// The rows of extraction alone.
+    ///
+    /// # Errors
+    /// When interrupted, or the mesh is not manifold.
+    pub(crate) fn extraction_rows(&self) -> anyhow::Result<Vec<Row>> {
+        let edge_mesh = EdgeMesh::new(self.full)?;
+        (self.extractions.iter())
+            .map(|&method| {
+                interrupt::check()?;
+                let since = Instant::now();
+                let mut extractor = Extractor::new(&edge_mesh, method);
+                let build_seconds = since.elapsed().as_secs_f64();
+                self.time_extraction(method, &mut extractor, build_seconds)
+            })
+            .collect()
+    }
+
+    /// The rows of interpolation alone.
+    ///
+    /// # Errors
+    /// When interrupted, or the map is broken.
+    pub(crate) fn contour_rows(&self) -> anyhow::Result<Vec<Row>> {
+        let mut rows = Vec::new();
+        self.time_contours(&self.truths()?, &mut rows)?;
+        Ok(rows)
+    }
+
     fn truths(&self) -> anyhow::Result<Vec<Truth>> {
         let step = self.cameras.len().div_ceil(COMPARED_VIEWS).max(1);
         let mut outliner = Outliner::new(&self.full.positions);

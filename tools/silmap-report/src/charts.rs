@@ -13,7 +13,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::palette::{self, Rgb};
 use crate::scale::LogScale;
-use crate::{ErrorSample, MethodErrors};
+use crate::{Comparison, ErrorSample, MethodErrors};
 
 /// Size of a plot in its own units; the page scales it.
 const SIZE: (u32, u32) = (520, 340);
@@ -100,6 +100,51 @@ pub(crate) fn curve(
         is_logarithmic: true,
     };
     drawn("Simplification curve", (x, ERROR_AXIS), &series)
+}
+
+/// Methods of extraction that the crossover plot shows; the others are slower than the first everywhere.
+const CROSSING: [&str; 5] = ["brute", "brute-parallel", "cones", "jc", "dual"];
+
+/// Time of extraction over the model's faces, and that of interpolation, which does not depend on them.
+pub(crate) fn crossover(comparison: &Comparison) -> String {
+    let time_of = |method: &str| -> Vec<(f64, f64)> {
+        (comparison.levels.iter())
+            .filter_map(|level| {
+                let result = level.methods.iter().find(|r| r.method == method)?;
+                Some((level.faces as f64, 1e3 * result.seconds_median))
+            })
+            .collect()
+    };
+    let mut series: Vec<Series> = (CROSSING.iter())
+        .map(|&method| Series {
+            name: method.to_owned(),
+            colour: palette::of_method(method),
+            points: time_of(method),
+            look: Look::Line,
+        })
+        .collect();
+    let ends = [comparison.levels.first(), comparison.levels.last()];
+    series.extend(comparison.contours.last().map(|contour| {
+        Series {
+            name: contour.method.clone(),
+            colour: palette::of_method(&contour.method),
+            points: (ends.into_iter().flatten())
+                .map(|level| (level.faces as f64, 1e3 * contour.seconds_median))
+                .collect(),
+            look: Look::Dashed,
+        }
+    }));
+    let x = Axis {
+        name: "faces",
+        unit: "",
+        is_logarithmic: true,
+    };
+    let y = Axis {
+        name: "time",
+        unit: " ms",
+        is_logarithmic: true,
+    };
+    drawn("Time of extraction over resolution", (x, y), &series)
 }
 
 const ERROR_AXIS: Axis<'static> = Axis {
