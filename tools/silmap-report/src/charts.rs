@@ -102,8 +102,14 @@ pub(crate) fn curve(
     drawn("Simplification curve", (x, ERROR_AXIS), &series)
 }
 
-/// Methods of extraction that the crossover plot shows; the others are slower than the first everywhere.
-const CROSSING: [&str; 5] = ["brute", "brute-parallel", "cones", "jc", "dual"];
+/// Methods of extraction that the crossover plot shows, and their names there: those that are the fastest somewhere, and
+/// the one that all are compared with.
+const CROSSING: [(&str, &str); 4] = [
+    ("brute", "brute"),
+    ("brute-parallel", "parallel"),
+    ("cones", "cones"),
+    ("dual", "dual"),
+];
 
 /// Time of extraction over the model's faces, and that of interpolation, which does not depend on them.
 pub(crate) fn crossover(comparison: &Comparison) -> String {
@@ -111,13 +117,13 @@ pub(crate) fn crossover(comparison: &Comparison) -> String {
         (comparison.levels.iter())
             .filter_map(|level| {
                 let result = level.methods.iter().find(|r| r.method == method)?;
-                Some((level.faces as f64, 1e3 * result.seconds_median))
+                Some((level.faces as f64, 1e6 * result.seconds_median))
             })
             .collect()
     };
     let mut series: Vec<Series> = (CROSSING.iter())
-        .map(|&method| Series {
-            name: method.to_owned(),
+        .map(|&(method, name)| Series {
+            name: name.to_owned(),
             colour: palette::of_method(method),
             points: time_of(method),
             look: Look::Line,
@@ -129,7 +135,7 @@ pub(crate) fn crossover(comparison: &Comparison) -> String {
             name: contour.method.clone(),
             colour: palette::of_method(&contour.method),
             points: (ends.into_iter().flatten())
-                .map(|level| (level.faces as f64, 1e3 * contour.seconds_median))
+                .map(|level| (level.faces as f64, 1e6 * contour.seconds_median))
                 .collect(),
             look: Look::Dashed,
         }
@@ -141,7 +147,7 @@ pub(crate) fn crossover(comparison: &Comparison) -> String {
     };
     let y = Axis {
         name: "time",
-        unit: " ms",
+        unit: " µs",
         is_logarithmic: true,
     };
     drawn("Time of extraction over resolution", (x, y), &series)
@@ -410,7 +416,8 @@ fn draw_legend(area: &Area<'_>, series: &[Series]) -> DrawResult {
     const GAP: i32 = 24;
     let y = 14;
     let mut x = LABEL_AREA.1 as i32 + 12;
-    let shown = |s: &&Series| s.look != Look::Labelled && !s.points.is_empty();
+    let shown =
+        |s: &&Series| s.look != Look::Labelled && !s.points.is_empty() && !s.name.is_empty();
     for s in series.iter().filter(shown) {
         let colour = rgb(s.colour);
         let line = |from, to| PathElement::new(vec![(from, y), (to, y)], colour.stroke_width(2));

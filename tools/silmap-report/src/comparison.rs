@@ -209,7 +209,7 @@ pub(crate) fn section(comparison: &Comparison) -> Markup {
                     (PreEscaped(charts::crossover(comparison)))
                     figcaption {
                         "Time over resolution, as in figure 9 of the 2000 paper: hulls of the model with fewer faces, and the model. "
-                        "Dashed: interpolation, which does not depend on it. "
+                        "Dashed: interpolation by the last method of the table, which does not depend on it. "
                         @for (method, other) in [("cones", "brute"), ("cones", "brute-parallel"), ("dual", "brute-parallel")] {
                             @match comparison.crossover(method, other) {
                                 Some(faces) => { code { (method) } " is ahead of " code { (other) } " from " (faces) " faces on. " }
