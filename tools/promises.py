@@ -88,13 +88,25 @@ def check_torus(silmap, folder):
     hold("torus: tight misclassified", percent_of(evaluation, "tight", "misclassified_mean"), 0.45, " %")
 
 
-def check_from_outside(silmap, asset, folder):
-    """The programs of ../shared/check, with libraries from a throw-away environment."""
+def check_exact_pictures(silmap, asset, python):
+    """The exactly clipped hull against the mesh, and the unclipped hull, which must be far over the limit."""
+    measure = [python, ROOT / "tools/exact_pictures.py", silmap, asset, BUNNY, "--close-holes"]
+    hold("bunny: exactly clipped, misclassified", 100 * call(*measure)["misclassified"], 0.02, " %")
+    unclipped = call(*measure, "--mode", "textured", "--eyes", 2)["misclassified"]
+    hold("bunny: limit over the unclipped hull's misclassified", 0.0002 / unclipped, 0.1)
+
+
+def python_with_libraries(folder):
+    """A throw-away environment with other people's libraries."""
     environment = folder / "environment"
     subprocess.run([sys.executable, "-m", "venv", environment], check=True)
     packages = ["numpy", "trimesh", "embreex", "scipy", "shapely", "pillow", "rtree"]
     subprocess.run([environment / "bin/pip", "install", "--quiet", *packages], check=True)
-    python = environment / "bin/python"
+    return environment / "bin/python"
+
+
+def check_from_outside(silmap, asset, folder, python):
+    """The programs of ../shared/check."""
     closed, hull = folder / "closed.ply", folder / "hull.obj"
     # The programs want the closed mesh: an inner or outer hull with every face kept is that.
     call(silmap, "hull", BUNNY, "--close-holes", "--faces", 1_000_000, "-o", closed, "--json")
@@ -114,8 +126,10 @@ def main():
         if BUNNY.exists():
             asset = check_bunny(silmap, folder)
             check_conservative_bunny(silmap, folder)
+            python = python_with_libraries(folder)
+            check_exact_pictures(silmap, asset, python)
             if (SHARED / "check").is_dir():
-                check_from_outside(silmap, asset, folder)
+                check_from_outside(silmap, asset, folder, python)
             else:
                 print(f"skipped: {SHARED / 'check'} is not here")
         else:

@@ -14,7 +14,9 @@ use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_preprocess::{Monitor, models};
-use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
+use silmap_runtime::{
+    Antialias, Background, EdgeParams, FrameParams, Mode, Renderer, RendererOptions,
+};
 
 /// Faces of the model.
 const MODEL_FACES: usize = 4096;
@@ -79,6 +81,7 @@ pub fn frame(camera: Camera, mode: Mode, antialias: Antialias) -> FrameParams {
         method: silmap_map::Method::Hull,
         antialias,
         background: Background::Colour([255; 3]),
+        edges: EdgeParams::default(),
     }
 }
 

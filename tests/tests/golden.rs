@@ -195,6 +195,7 @@ fn pictures_are_the_golden_ones() {
             rule: FillRule::NonZero,
             layers: &layers,
             outline: loops,
+            ..ClipShape::EMPTY
         };
         let params = FrameParams {
             background,

@@ -65,7 +65,7 @@ impl Screen {
         let shape = ClipShape {
             rule,
             layers,
-            outline: &[],
+            ..ClipShape::EMPTY
         };
         mask_of(&self.alpha(Antialias::None, &shape), SIDE_PX)
     }
@@ -376,6 +376,7 @@ fn soft_edges_cover_the_area_that_lies_inside() {
             rule: FillRule::NonZero,
             layers: &layers,
             outline: &layers[0],
+            ..ClipShape::EMPTY
         };
         let soft = screen.alpha(Antialias::Soft, &shape);
         let allowed = tolerance::SOFT_COVERAGE;

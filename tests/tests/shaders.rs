@@ -9,7 +9,9 @@ use std::path::Path;
 use naga::back::glsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use silmap_gpu::shaders::{self, Shader};
-use silmap_runtime::{HullPaintUniform, MaterialUniform, TintUniform, ViewUniform};
+use silmap_runtime::{
+    EdgeLinesUniform, HullPaintUniform, MaterialUniform, TintUniform, ViewUniform,
+};
 
 fn parsed(shader: &Shader) -> (naga::Module, ModuleInfo) {
     let source = shader.source();
@@ -133,6 +135,18 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
         (
             wgsl_layout(&shaders::SHADE_HULL, "HullPaint"),
             rust_layout!(HullPaintUniform, texture_from_object, albedo),
+        ),
+        (
+            wgsl_layout(&shaders::SOUP_NEAR, "EdgeLines"),
+            rust_layout!(
+                EdgeLinesUniform,
+                eye_in_object,
+                width_px,
+                depth_scale,
+                slope_depth,
+                charcoal,
+                by_tag
+            ),
         ),
     ];
     for (wgsl, rust) in pairs {

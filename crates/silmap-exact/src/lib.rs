@@ -3,7 +3,7 @@
 //! A directed edge is on the silhouette of a viewpoint when the face on its left is front-facing and the one on its right
 //! is not. [`Extractor`] finds these edges in a manifold mesh by one of several [`Method`]s, [`silhouette_edges`] in any
 //! mesh. [`chain_loops`] joins them into closed loops, and [`outline_loops`] projects the loops: filled by non-zero
-//! winding they are exactly the pixels that the mesh covers. [`Outliner`] makes polygons of them that do not cross.
+//! winding they are exactly the pixels that the mesh covers; [`decompose_loops`] cuts them to be drawn with less. [`Outliner`] makes polygons of them that do not cross.
 //!
 //! ```
 //! use glam::DVec3;
@@ -41,6 +41,7 @@ mod edge_mesh;
 mod edge_table;
 mod extractor;
 mod facing;
+mod fans;
 mod loops;
 mod outline;
 mod plane_block;
@@ -53,7 +54,8 @@ pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
 pub use edge_mesh::{EdgeMesh, EdgeMeshError};
 pub use extractor::{Extractor, Method, Work};
 pub use facing::is_front_facing;
-pub use loops::{ChainError, OutlineError, chain_loops, outline_loops};
+pub use fans::{FanReport, decompose_loops, fan_area};
+pub use loops::{ChainError, OutlineError, chain_loops, image_loops, outline_loops};
 pub use outline::Outliner;
 pub use simplify::{SimplifyError, SimplifyParams, silhouette_nearness, simplify};
 pub use viewpoint::Viewpoint;

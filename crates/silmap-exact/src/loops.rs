@@ -8,6 +8,7 @@
 //! Deviation: where loops touch in a vertex they are cut apart there, which keeps them short; the paper leaves the
 //! decomposition open.
 
+use glam::DVec3;
 use silmap_geometry::polygon::Loop;
 use silmap_geometry::{Camera, TriangleMesh};
 use thiserror::Error;
@@ -145,23 +146,32 @@ fn check_balance(edges: &[DirectedEdge], starting: &[u32]) -> Result<(), ChainEr
 pub fn outline_loops(mesh: &TriangleMesh, camera: &Camera) -> Result<Vec<Loop>, OutlineError> {
     let edges = silhouette_edges(mesh, camera.eye);
     // A boundary balances at every vertex.
-    chain_balanced(&edges, &sorted_by_start(&edges))
-        .iter()
-        .map(|ids| {
-            // Front faces run counter-clockwise as seen, which is negative where y points down.
-            ids.iter()
-                .rev()
-                .map(|&vertex| {
-                    let point = mesh.positions[vertex as usize];
-                    let depth = camera.depth(point);
-                    if depth > 0.0 {
-                        Ok(camera.image_from_object(point))
-                    } else {
-                        Err(OutlineError::BehindEye { vertex, depth })
-                    }
-                })
-                .collect()
-        })
+    let loops = chain_balanced(&edges, &sorted_by_start(&edges));
+    image_loops(&loops, &mesh.positions, camera)
+}
+
+/// Loops of vertex ids, as [`chain_loops`] gives them, in the image of `camera`, pixels; turned so that outer loops have
+/// positive area.
+///
+/// # Errors
+/// When a vertex does not lie in front of the eye.
+pub fn image_loops(
+    loops: &[Vec<u32>],
+    positions: &[DVec3],
+    camera: &Camera,
+) -> Result<Vec<Loop>, OutlineError> {
+    let project = |&vertex: &u32| {
+        let point = positions[vertex as usize];
+        let depth = camera.depth(point);
+        if depth > 0.0 {
+            Ok(camera.image_from_object(point))
+        } else {
+            Err(OutlineError::BehindEye { vertex, depth })
+        }
+    };
+    // Front faces run counter-clockwise as seen, which is negative where y points down.
+    (loops.iter())
+        .map(|ids| ids.iter().rev().map(project).collect())
         .collect()
 }
 
@@ -169,7 +179,7 @@ pub fn outline_loops(mesh: &TriangleMesh, camera: &Camera) -> Result<Vec<Loop>, 
 mod tests {
     use super::*;
     use crate::test_meshes::{cube, shaken_torus, torus};
-    use glam::{DVec2, DVec3};
+    use glam::DVec2;
     use proptest::prelude::*;
     use silmap_geometry::polygon::{edges as loop_edges, signed_area};
 

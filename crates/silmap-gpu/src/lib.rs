@@ -1,4 +1,4 @@
-//! The graphics device: adapter and capability tier, read-back, mesh chunks and the shader table.
+//! The graphics device: adapter and capability tier, read-back, timing, mesh chunks and the shader table.
 //!
 //! Nothing here knows what a silhouette is. Everything works within WebGL2's limits (no compute, no storage buffers);
 //! what needs more asks for [`Tier::Full`].
@@ -8,9 +8,11 @@ mod device;
 mod platform;
 mod readback;
 pub mod shaders;
+mod timing;
 
 pub use chunks::{MeshChunk, split_faces};
 pub use device::{Gpu, GpuError, Tier};
 pub use platform::wait_for;
 pub use readback::{PendingRead, Readback, RowLayout};
+pub use timing::FrameTimer;
 pub use wgpu;

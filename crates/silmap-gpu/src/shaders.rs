@@ -31,6 +31,7 @@ impl Shader {
 const VIEW: &str = include_str!("../../../shaders/shared/view.wgsl");
 const SCREEN: &str = include_str!("../../../shaders/shared/screen.wgsl");
 const HULL: &str = include_str!("../../../shaders/shared/hull.wgsl");
+const SOUP: &str = include_str!("../../../shaders/shared/soup.wgsl");
 
 macro_rules! shaders {
     ($($(#[$doc:meta])* $constant:ident = $name:literal after [$($part:ident),*];)*) => {
@@ -68,4 +69,14 @@ shaders! {
     TINT = "tint" after [SCREEN];
     /// Where two masks differ.
     DIFFERENCE = "difference" after [SCREEN];
+    /// The nearest layer of a full mesh's faces, for edges at image precision.
+    SOUP_NEAR = "soup_near" after [VIEW, SOUP];
+    /// The number of the nearest face at each pixel.
+    SOUP_ITEMS = "soup_items" after [VIEW, SOUP];
+    /// The layer behind as it is or pulled forward.
+    EDGES_TRANSLATE = "edges_translate" after [VIEW, SOUP];
+    /// The edges of the layer behind as lines.
+    EDGES_WIREFRAME = "edges_wireframe" after [VIEW, SOUP];
+    /// The layer behind, fattened.
+    EDGES_FATTEN = "edges_fatten" after [VIEW, SOUP];
 }

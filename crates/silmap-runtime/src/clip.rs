@@ -13,7 +13,7 @@ use silmap_gpu::{Gpu, wgpu};
 
 use crate::frame::all_finite;
 use crate::pipelines::MAX_LAYERS;
-use crate::{ClipShape, FillRule, RenderError};
+use crate::{ClipShape, FanApex, FillRule, RenderError};
 
 /// A buffer that grows to what is written and then stays.
 #[derive(Debug)]
@@ -138,7 +138,7 @@ impl FanGeometry {
         self.segments.clear();
         self.layers.clear();
         match shape.rule {
-            FillRule::NonZero => self.add_layer(shape.layers.iter().flatten()),
+            FillRule::NonZero => self.add_layer(shape.layers.iter().flatten(), shape.apex),
             FillRule::EvenOddInAll => {
                 if !(1..=MAX_LAYERS).contains(&shape.layers.len()) {
                     return Err(RenderError::LayerCount {
@@ -146,7 +146,7 @@ impl FanGeometry {
                     });
                 }
                 for layer in shape.layers {
-                    self.add_layer(layer.iter());
+                    self.add_layer(layer.iter(), shape.apex);
                 }
             }
         }
@@ -157,17 +157,20 @@ impl FanGeometry {
         Ok(())
     }
 
-    fn add_layer<'a>(&mut self, loops: impl Iterator<Item = &'a Loop>) {
+    fn add_layer<'a>(&mut self, loops: impl Iterator<Item = &'a Loop>, apex: FanApex) {
         let start = self.indices.len() as u32;
         for points in loops.filter(|l| l.len() >= 3) {
-            self.add_fan(points);
+            match apex {
+                FanApex::MedianVertex => self.add_fan_from_vertex(points),
+                FanApex::Centroid => self.add_fan_about_centroid(points),
+            }
         }
         self.layers.push(start..self.indices.len() as u32);
     }
 
     /// One fan, from the vertex of median height: from there the triangles are wide, where from an end of a tall loop
     /// they would be slivers.
-    fn add_fan(&mut self, points: &[DVec2]) {
+    fn add_fan_from_vertex(&mut self, points: &[DVec2]) {
         let base = self.points.len() as u32;
         let count = points.len() as u32;
         self.heights.clear();
@@ -183,6 +186,19 @@ impl FanGeometry {
             self.indices.extend([base + apex, at(step), at(step + 1)]);
         }
     }
+
+    /// One fan about the middle of the vertices, a triangle for each edge.
+    fn add_fan_about_centroid(&mut self, points: &[DVec2]) {
+        let base = self.points.len() as u32;
+        let count = points.len() as u32;
+        let centroid = points.iter().sum::<DVec2>() / f64::from(count);
+        self.points
+            .extend((points.iter().chain([&centroid])).map(|p| p.as_vec2().to_array()));
+        for k in 0..count {
+            self.indices
+                .extend([base + count, base + k, base + (k + 1) % count]);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -194,7 +210,7 @@ mod tests {
         ClipShape {
             rule,
             layers,
-            outline: &[],
+            ..ClipShape::EMPTY
         }
     }
 
@@ -223,6 +239,10 @@ mod tests {
             let mut geometry = FanGeometry::default();
             let layers = [loops];
             geometry.build(&shape(FillRule::NonZero, &layers)).unwrap();
+            prop_assert!((fan_area(&geometry) - wanted).abs() < 1e-6, "{} is not {wanted}", fan_area(&geometry));
+            let about_centroid = ClipShape { apex: FanApex::Centroid, ..shape(FillRule::NonZero, &layers) };
+            geometry.build(&about_centroid).unwrap();
+            // Wherever the apex is put by rounding, the triangles about it close.
             prop_assert!((fan_area(&geometry) - wanted).abs() < 1e-6, "{} is not {wanted}", fan_area(&geometry));
         }
     }

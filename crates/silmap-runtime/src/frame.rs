@@ -19,23 +19,66 @@ pub enum Mode {
     /// The painted hull clipped by the outline: the method itself.
     #[default]
     Clipped,
+    /// The painted hull clipped by a region that is given with the frame, such as the exact silhouette's: see
+    /// [`Renderer::render_shape`](crate::Renderer::render_shape).
+    Exact,
     /// The outline alone.
     Silhouette,
     /// The full mesh, dim, with the pixels that the outline gets wrong: red where too much, blue where too little.
     Difference,
+    /// The visible silhouette edges of the full mesh, found by the device pixel by pixel.
+    Edges(EdgeStyle),
+}
+
+/// How edges are found at image precision: what is drawn of the faces behind the nearest ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EdgeStyle {
+    /// Where they are as deep as the nearest.
+    Equal,
+    /// Their edges, as lines.
+    Wireframe,
+    /// The faces, pulled towards the eye.
+    Translate,
+    /// The faces, each fattened by one width in the image.
+    Fatten,
+    /// As `Fatten`, grazing front faces too, all in greys.
+    Charcoal,
+}
+
+/// Lines at image precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeParams {
+    /// Width in pixels, outside of the nearest faces. [`EdgeStyle::Equal`] has none; in [`EdgeStyle::Translate`] a line lies
+    /// inside, and is this wide on rims as round as a sixteenth of the mesh.
+    pub width_px: f32,
+    /// Whether the nearest faces are found by an item buffer, for faces without a consistent orientation; otherwise they
+    /// are those that show their front.
+    pub by_item_buffer: bool,
+}
+
+impl Default for EdgeParams {
+    fn default() -> Self {
+        Self {
+            width_px: 2.0,
+            by_item_buffer: false,
+        }
+    }
 }
 
 impl Mode {
     /// Whether the mode shows the full mesh.
     #[must_use]
     pub fn needs_model(self) -> bool {
-        matches!(self, Self::Original | Self::Difference)
+        matches!(self, Self::Original | Self::Difference | Self::Edges(_))
     }
 
     /// Whether the mode is clipped by an outline or shows it.
     #[must_use]
     pub fn needs_outline(self) -> bool {
-        matches!(self, Self::Clipped | Self::Silhouette | Self::Difference)
+        matches!(
+            self,
+            Self::Clipped | Self::Exact | Self::Silhouette | Self::Difference
+        )
     }
 }
 
@@ -64,10 +107,20 @@ pub enum Background {
 /// Which points a layer of loops holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FillRule {
-    /// Those about which the loops of all layers wind a number of times other than zero.
+    /// Those about which the loops of all layers wind a number of times other than zero; up to 127 windings are counted.
     NonZero,
     /// Those that in every layer an odd number of loops surrounds; one to three layers.
     EvenOddInAll,
+}
+
+/// Where the triangle fan of a loop has its apex. Any point does; it decides how many pixels the triangles pass over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FanApex {
+    /// In the loop's vertex of median height: wide triangles, and two fewer than edges.
+    #[default]
+    MedianVertex,
+    /// In the middle of the loop's vertices.
+    Centroid,
 }
 
 /// A region of the image, as loops of whatever origin.
@@ -75,6 +128,8 @@ pub enum FillRule {
 pub struct ClipShape<'a> {
     /// How the layers are read.
     pub rule: FillRule,
+    /// How each loop becomes triangles.
+    pub apex: FanApex,
     /// Loops in pixels of the frame's camera.
     pub layers: &'a [Vec<Loop>],
     /// The region's outline without overlaps, for smoothing; may be empty unless [`Antialias::Soft`] or
@@ -86,6 +141,7 @@ impl ClipShape<'_> {
     /// The region without a point.
     pub const EMPTY: Self = Self {
         rule: FillRule::NonZero,
+        apex: FanApex::MedianVertex,
         layers: &[],
         outline: &[],
     };
@@ -119,6 +175,8 @@ pub struct FrameParams {
     pub antialias: Antialias,
     /// What is behind it.
     pub background: Background,
+    /// Lines in [`Mode::Edges`].
+    pub edges: EdgeParams,
 }
 
 /// Why there is no picture.
@@ -161,6 +219,17 @@ pub enum RenderError {
         /// The mode asked for.
         mode: Mode,
     },
+    /// The mode is clipped by a region that nobody gave.
+    #[error("mode {mode:?} is clipped by loops that have to be given with the frame")]
+    NoLoops {
+        /// The mode asked for.
+        mode: Mode,
+    },
+    /// The nearest faces have not been found for this camera.
+    #[error(
+        "the nearest faces have not been found for this camera: frames by item buffer can only be rendered, not recorded"
+    )]
+    NoNearestFaces,
     /// There are more layers of loops than the stencil holds.
     #[error("{layers} layers of loops cannot be intersected: one to three can")]
     LayerCount {

@@ -69,6 +69,7 @@ pub(crate) struct Layouts {
     pub(crate) two_masks: wgpu::BindGroupLayout,
     pub(crate) material: wgpu::BindGroupLayout,
     pub(crate) hull: wgpu::BindGroupLayout,
+    pub(crate) edge_lines: wgpu::BindGroupLayout,
 }
 
 impl Layouts {
@@ -109,6 +110,7 @@ impl Layouts {
             two_masks: layout("two masks", &[mask, mask]),
             material: layout("material", &[uniform, picture, sampler]),
             hull: layout("hull", &[uniform, pictures, picture, sampler]),
+            edge_lines: layout("edge lines", &[uniform]),
         }
     }
 }

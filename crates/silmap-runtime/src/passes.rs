@@ -8,11 +8,12 @@ use silmap_gpu::{Gpu, wgpu};
 
 use crate::clip::ClipBuffers;
 use crate::hull_paint::HullBuffers;
+use crate::image_precision::Soup;
 use crate::layouts::{Layouts, bind};
 use crate::model::ModelBuffers;
 use crate::pipelines::{Draw, PipelineKey, Pipelines, StencilRole};
 use crate::targets::{COVERAGE, SAMPLES, Targets};
-use crate::{Antialias, FillRule};
+use crate::{Antialias, EdgeStyle, FillRule};
 
 /// Where a frame goes.
 #[derive(Clone, Copy, Debug)]
@@ -153,6 +154,30 @@ impl FrameRecorder<'_> {
             frame.set(pass, wrong);
             pass.set_bind_group(1, &masks, &[]);
             pass.draw(0..3, 0..1);
+        });
+    }
+
+    /// The nearest layer of the full mesh's faces, and what a style makes of the layer behind.
+    pub(crate) fn edges(&mut self, soup: &Soup, style: EdgeStyle, antialias: Antialias) {
+        let samples = samples_of(antialias);
+        let images = self.frame_images(samples);
+        let near = self.frame_key(Draw::SoupNear, StencilRole::Ignore, samples);
+        let behind = self.frame_key(Draw::SoupEdges(style), StencilRole::Ignore, samples);
+        self.pass("edges at image precision", images, |frame, pass| {
+            frame.set(pass, near);
+            soup.draw_faces(pass);
+            frame.set(pass, behind);
+            soup.draw_edges(pass, style);
+        });
+    }
+
+    /// The number of the nearest face at each pixel.
+    pub(crate) fn items(&mut self, soup: &Soup) {
+        let images = self.frame_images(1);
+        let key = self.frame_key(Draw::SoupItems, StencilRole::Ignore, 1);
+        self.pass("item buffer", images, |frame, pass| {
+            frame.set(pass, key);
+            soup.draw_faces(pass);
         });
     }
 

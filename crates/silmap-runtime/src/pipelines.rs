@@ -1,7 +1,8 @@
 //! Every way something is drawn, one pipeline each, made when first used.
 //!
-//! The stencil's eight bits: the low six count or toggle loops, [`INSIDE`] marks the pixels inside the region once the
-//! fill rule has been read, [`TOUCHED`] the pixels outside that the outline's ramp still reaches.
+//! The stencil's eight bits: the low seven count or toggle loops, until the fill rule has been read and they are cleared;
+//! from then on [`INSIDE`] marks the pixels inside the region and [`TOUCHED`] those outside that the outline's ramp still
+//! reaches.
 //!
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.1.
 //! Deviation: the paper fills by parity only, which punches a hole where a loop overlaps itself; non-zero winding does
@@ -12,16 +13,18 @@ use std::collections::HashMap;
 use silmap_gpu::shaders::{self, Shader};
 use silmap_gpu::wgpu;
 
-use crate::FillRule;
 use crate::layouts::Layouts;
 use crate::targets::{COVERAGE, DEPTH_STENCIL};
+use crate::{EdgeStyle, FillRule};
 
 /// Stencil bits that count windings.
-const WINDING: u32 = 0x3f;
+const WINDING: u32 = 0x7f;
 /// Stencil bit of a pixel inside the region.
 const INSIDE: u32 = 0x80;
 /// Stencil bit of a pixel outside that the ramp of coverage reaches.
 const TOUCHED: u32 = 0x40;
+/// Every bit.
+const ALL_BITS: u32 = 0xff;
 /// Most layers that can be intersected.
 pub(crate) const MAX_LAYERS: usize = 3;
 
@@ -78,7 +81,9 @@ impl StencilRole {
                 (state, 0)
             }
             Self::FillEvenOdd { layer } => (both(Always, Invert, 1 << layer, 1 << layer), 0),
-            Self::Cover(FillRule::NonZero, _) => (both(NotEqual, Replace, WINDING, INSIDE), INSIDE),
+            Self::Cover(FillRule::NonZero, _) => {
+                (both(NotEqual, Replace, WINDING, ALL_BITS), INSIDE)
+            }
             Self::Cover(FillRule::EvenOddInAll, layers) => {
                 let bits = layer_bits(layers);
                 (both(Equal, Replace, bits, INSIDE), INSIDE | bits)
@@ -127,10 +132,20 @@ pub(crate) enum Draw {
     Tint,
     /// Where two masks differ.
     Difference,
+    /// Edges at image precision: the nearest layer of faces.
+    SoupNear,
+    /// The numbers of the nearest faces.
+    SoupItems,
+    /// The layer behind.
+    SoupEdges(EdgeStyle),
 }
 
 /// Coverage in the middle of a drawn line: half its width of 2.2 pixels, plus half the ramp.
 const LINE_AT_EDGE: f64 = 1.6;
+
+/// Depths count as equal when they differ by less than the face behind changes in depth over this many pixels: on a round
+/// rim, where both layers are as steep, that is a line one pixel wide.
+const EQUAL_WITHIN_PX: f32 = 4.0;
 
 /// A pipeline's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -159,6 +174,12 @@ const HULL_ATTRIBUTES: [wgpu::VertexAttribute; 4] = wgpu::vertex_attr_array![
     0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x2
 ];
 const LAYER_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![4 => Uint32];
+/// Faces one by one: three positions, three normals.
+pub(crate) const SOUP_STRIDE: u64 = 60;
+const SOUP_ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
+    0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Snorm16x4, 4 => Snorm16x4, 5 => Snorm16x4
+];
+const TAG_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![6 => Uint32];
 const POINT_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x2];
 const SEGMENT_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
 
@@ -175,6 +196,11 @@ impl Draw {
             Self::HullCovered => shaders::SHADE_HULL_COVERED,
             Self::Tint => shaders::TINT,
             Self::Difference => shaders::DIFFERENCE,
+            Self::SoupNear => shaders::SOUP_NEAR,
+            Self::SoupItems => shaders::SOUP_ITEMS,
+            Self::SoupEdges(EdgeStyle::Equal | EdgeStyle::Translate) => shaders::EDGES_TRANSLATE,
+            Self::SoupEdges(EdgeStyle::Wireframe) => shaders::EDGES_WIREFRAME,
+            Self::SoupEdges(EdgeStyle::Fatten | EdgeStyle::Charcoal) => shaders::EDGES_FATTEN,
         }
     }
 
@@ -190,6 +216,9 @@ impl Draw {
             Self::Tint => [None, Some(&layouts.tint), None],
             Self::Difference => [None, Some(&layouts.two_masks), None],
             Self::Cover => [None, None, None],
+            Self::SoupNear | Self::SoupItems | Self::SoupEdges(_) => {
+                [Some(&layouts.view), Some(&layouts.edge_lines), None]
+            }
             Self::ModelMask
             | Self::Fans
             | Self::EdgeInside
@@ -219,6 +248,10 @@ impl Draw {
                 vec![buffer(16, Instance, &SEGMENT_ATTRIBUTE[..])]
             }
             Self::Cover | Self::Tint | Self::Difference => Vec::new(),
+            Self::SoupNear | Self::SoupItems | Self::SoupEdges(_) => vec![
+                buffer(SOUP_STRIDE, Instance, &SOUP_ATTRIBUTES[..]),
+                buffer(4, Instance, &TAG_ATTRIBUTE[..]),
+            ],
         }
     }
 
@@ -227,7 +260,21 @@ impl Draw {
         match self {
             Self::Model | Self::Hull | Self::HullDepth => (true, wgpu::CompareFunction::Less),
             Self::HullCovered => (false, wgpu::CompareFunction::Equal),
+            Self::SoupNear | Self::SoupItems => (true, wgpu::CompareFunction::Less),
+            Self::SoupEdges(_) => (true, wgpu::CompareFunction::LessEqual),
             _ => (false, wgpu::CompareFunction::Always),
+        }
+    }
+
+    /// How much nearer it counts as.
+    fn depth_bias(self) -> wgpu::DepthBiasState {
+        let slope_scale = match self {
+            Self::SoupEdges(EdgeStyle::Equal) => -EQUAL_WITHIN_PX,
+            _ => 0.0,
+        };
+        wgpu::DepthBiasState {
+            slope_scale,
+            ..wgpu::DepthBiasState::default()
         }
     }
 
@@ -316,7 +363,7 @@ impl PipelineKey {
                 depth_write_enabled: Some(depth_write),
                 depth_compare: Some(depth_compare),
                 stencil: self.stencil.state().0,
-                bias: wgpu::DepthBiasState::default(),
+                bias: self.draw.depth_bias(),
             }),
             multisample: wgpu::MultisampleState {
                 count: self.samples,

@@ -12,6 +12,7 @@ use silmap_map::{Asset, SilhouetteMap};
 
 use crate::clip::ClipBuffers;
 use crate::hull_paint::HullBuffers;
+use crate::image_precision::{EdgeLinesUniform, Soup};
 use crate::layouts::{Layouts, TintUniform, ViewUniform, bind, uniform_buffer};
 use crate::model::ModelBuffers;
 use crate::passes::{Canvas, FrameRecorder};
@@ -24,6 +25,18 @@ use crate::{
 
 /// Format of pictures that are read back.
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// Format of item buffers.
+const ITEMS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// What a recorded frame shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Drawn {
+    /// What its mode says.
+    Frame,
+    /// The nearest faces by their numbers.
+    Items,
+}
 
 /// Nearest depth over farthest: 24 bits of depth keep a thousandth apart from its neighbours over this range.
 const NEAREST_DEPTH_REL: f64 = 1e-3;
@@ -53,6 +66,7 @@ pub struct Renderer {
     targets: Option<Targets>,
     hull: Option<HullBuffers>,
     model: Option<ModelBuffers>,
+    soup: Option<Soup>,
     map: Option<(SilhouetteMap, Scratch)>,
     readback: Option<((u32, u32), wgpu::Texture, Readback)>,
 }
@@ -86,6 +100,7 @@ impl Renderer {
             targets: None,
             hull: None,
             model: None,
+            soup: None,
             map: None,
             readback: None,
         }
@@ -108,6 +123,15 @@ impl Renderer {
     /// When its parts do not belong together, its textures are too large, or the device fails.
     pub fn load_model(&mut self, gpu: &Gpu, mesh: &TriangleMesh) -> Result<(), RenderError> {
         self.model = Some(ModelBuffers::new(gpu, &self.layouts, mesh)?);
+        Ok(())
+    }
+
+    /// Takes a full mesh for [`Mode::Edges`] in place of the one loaded before; its faces need not be closed.
+    ///
+    /// # Errors
+    /// When a face names a vertex that does not exist, or the device fails.
+    pub fn load_edge_model(&mut self, gpu: &Gpu, mesh: &TriangleMesh) -> Result<(), RenderError> {
+        self.soup = Some(Soup::new(gpu, &self.layouts, mesh)?);
         Ok(())
     }
 
@@ -155,6 +179,9 @@ impl Renderer {
     /// The outline of the frame, where its mode asks for one.
     fn outline(&mut self, params: &FrameParams) -> Result<Option<Outline>, RenderError> {
         let mode = params.mode;
+        if mode == Mode::Exact {
+            return Err(RenderError::NoLoops { mode });
+        }
         if !mode.needs_outline() {
             return Ok(None);
         }
@@ -174,6 +201,11 @@ impl Renderer {
         params: &FrameParams,
         shape: &ClipShape<'_>,
     ) -> Result<ColourImage, RenderError> {
+        if self.wants_items(params) {
+            let (pending, _) = self.start_items(gpu, params)?;
+            let (items, _) = pending.wait(gpu)?;
+            self.take_items(gpu, params, &items);
+        }
         let (pending, texture) = self.start(gpu, params, shape)?;
         let (pixels, readback) = pending.wait(gpu)?;
         Ok(self.finish(params, pixels, (texture, readback)))
@@ -189,6 +221,11 @@ impl Renderer {
         params: &FrameParams,
         shape: &ClipShape<'_>,
     ) -> Result<ColourImage, RenderError> {
+        if self.wants_items(params) {
+            let (pending, _) = self.start_items(gpu, params)?;
+            let (items, _) = pending.finish(gpu).await?;
+            self.take_items(gpu, params, &items);
+        }
         let (pending, texture) = self.start(gpu, params, shape)?;
         let (pixels, readback) = pending.finish(gpu).await?;
         Ok(self.finish(params, pixels, (texture, readback)))
@@ -210,7 +247,51 @@ impl Renderer {
             format: self.options.target_format,
             background: clear_colour(params.background),
         };
-        self.record_frame(gpu, encoder, canvas, (params, shape))
+        self.record_frame(gpu, encoder, canvas, (params, shape), Drawn::Frame)
+    }
+
+    /// Whether the nearest faces have to be found before the frame.
+    fn wants_items(&self, params: &FrameParams) -> bool {
+        let is_tagged = |soup: &Soup| soup.is_tagged_for(&params.camera);
+        matches!(params.mode, Mode::Edges(_))
+            && params.edges.by_item_buffer
+            && !self.soup.as_ref().is_some_and(is_tagged)
+    }
+
+    /// Draws the item buffer of a frame.
+    fn start_items(
+        &mut self,
+        gpu: &Gpu,
+        params: &FrameParams,
+    ) -> Result<(PendingRead, wgpu::Texture), RenderError> {
+        check_size(gpu, &params.camera)?;
+        let mode = params.mode;
+        let soup = self.soup.as_mut().ok_or(RenderError::NoModel { mode })?;
+        soup.number(gpu);
+        let size_px = (params.camera.width_px, params.camera.height_px);
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+        let texture = texture_2d(&gpu.device, "items", size_px, ITEMS, (1, usage));
+        let readback = Readback::new(gpu, size_px, ITEMS)?;
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor {
+                label: Some("items"),
+            });
+        let canvas = Canvas {
+            view: &view,
+            format: ITEMS,
+            background: wgpu::Color::TRANSPARENT,
+        };
+        let of_frame = (params, &ClipShape::EMPTY);
+        self.record_frame(gpu, &mut encoder, canvas, of_frame, Drawn::Items)?;
+        Ok((readback.start(gpu, encoder, &texture), texture))
+    }
+
+    fn take_items(&mut self, gpu: &Gpu, params: &FrameParams, items: &[u8]) {
+        if let Some(soup) = &mut self.soup {
+            soup.tag(gpu, &params.camera, items);
+        }
     }
 
     fn start(
@@ -240,7 +321,7 @@ impl Renderer {
             format: PICTURE,
             background: clear_colour(params.background),
         };
-        self.record_frame(gpu, &mut encoder, canvas, (params, shape))?;
+        self.record_frame(gpu, &mut encoder, canvas, (params, shape), Drawn::Frame)?;
         Ok((readback.start(gpu, encoder, &texture), texture))
     }
 
@@ -268,6 +349,7 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         canvas: Canvas<'_>,
         (params, shape): (&FrameParams, &ClipShape<'_>),
+        drawn: Drawn,
     ) -> Result<(), RenderError> {
         gpu.check()?;
         check_size(gpu, &params.camera)?;
@@ -280,6 +362,7 @@ impl Renderer {
         if params.mode.needs_outline() {
             self.clip.load(gpu, shape)?;
         }
+        let needs_items = params.edges.by_item_buffer;
         let mut frame = FrameRecorder {
             gpu,
             encoder,
@@ -299,7 +382,7 @@ impl Renderer {
                 hull.choose_layers(gpu, params.camera.eye, params.mode == Mode::Textured);
                 frame.whole_hull(hull, params.antialias);
             }
-            (Mode::Clipped, Some(hull), _) => {
+            (Mode::Clipped | Mode::Exact, Some(hull), _) => {
                 hull.choose_layers(gpu, params.camera.eye, true);
                 match params.antialias {
                     Antialias::Soft => frame.softly_clipped(hull),
@@ -309,6 +392,16 @@ impl Renderer {
             }
             (Mode::Silhouette, _, _) => frame.silhouette(&self.tints, params.antialias),
             (Mode::Difference, _, Some(model)) => frame.difference(model),
+            (mode @ Mode::Edges(style), _, _) => {
+                let soup = self.soup.as_ref().ok_or(RenderError::NoModel { mode })?;
+                match drawn {
+                    Drawn::Items => frame.items(soup),
+                    Drawn::Frame if needs_items && !soup.is_tagged_for(&params.camera) => {
+                        return Err(RenderError::NoNearestFaces);
+                    }
+                    Drawn::Frame => frame.edges(soup, style, params.antialias),
+                }
+            }
             (mode @ (Mode::Original | Mode::Difference), _, None) => {
                 return Err(RenderError::NoModel { mode });
             }
@@ -320,9 +413,10 @@ impl Renderer {
 
     /// Whether the eye is outside of what is loaded.
     fn check_eye(&self, camera: &Camera) -> Result<(), RenderError> {
+        let of_soup = self.soup.as_ref().map(|s| (s.origin, s.radius));
         let of_model = self.model.as_ref().map(|m| (m.origin, m.radius));
         let of_asset = self.map.as_ref().map(|(map, _)| (map.center, map.radius));
-        if let Some((center, radius)) = of_asset.or(of_model) {
+        if let Some((center, radius)) = of_asset.or(of_model).or(of_soup) {
             let distance = camera.eye.distance(center);
             if distance <= radius {
                 return Err(CameraError::EyeInsideBounds { distance, radius }.into());
@@ -334,7 +428,10 @@ impl Renderer {
     /// Brings camera and light to the device.
     fn write_view(&self, gpu: &Gpu, params: &FrameParams) -> Result<(), RenderError> {
         let mode = params.mode;
-        let (origin, radius) = if mode.needs_model() {
+        let (origin, radius) = if matches!(mode, Mode::Edges(_)) {
+            let soup = self.soup.as_ref().ok_or(RenderError::NoModel { mode })?;
+            (soup.origin, soup.radius)
+        } else if mode.needs_model() {
             let model = self.model.as_ref().ok_or(RenderError::NoModel { mode })?;
             (model.origin, model.radius)
         } else if let Some(hull) = &self.hull {
@@ -348,6 +445,12 @@ impl Renderer {
             1.0
         };
         let (near, far) = depth_range(&params.camera, origin, radius);
+        if let (Mode::Edges(style), Some(soup)) = (mode, &self.soup) {
+            let of_style = (style, &params.edges);
+            let lines =
+                EdgeLinesUniform::new(&params.camera, (origin, radius), (near, far), of_style);
+            soup.write_lines(gpu, &lines);
+        }
         let uniform = ViewUniform::new(&params.camera, origin, near, far, dim);
         gpu.queue
             .write_buffer(&self.view, 0, bytemuck::bytes_of(&uniform));
@@ -369,6 +472,7 @@ fn clip_shape(outline: Option<&Outline>, method: Method) -> ClipShape<'_> {
             rule,
             layers,
             outline: outline.simple_loops(),
+            ..ClipShape::EMPTY
         }
     })
 }

@@ -55,6 +55,7 @@ pub(crate) enum Command {
     Edges(EdgesArgs),
     Simplify(SimplifyArgs),
     Align(AlignArgs),
+    Bench(BenchArgs),
     Generate(GenerateArgs),
 }
 
@@ -75,6 +76,7 @@ impl Command {
             Self::Edges(a) => a.pool.threads,
             Self::Simplify(a) => a.pool.threads,
             Self::Align(a) => a.pool.threads,
+            Self::Bench(a) => a.pool.threads,
             Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
         }
     }
@@ -283,10 +285,23 @@ pub(crate) enum ModeArg {
     Textured,
     /// The textured hull, clipped to the interpolated silhouette
     Clipped,
+    /// The textured hull, clipped to the exact silhouette of the full mesh (needs --model)
+    Exact,
     /// The interpolated silhouette alone
     Silhouette,
     /// Where the silhouette is wrong: red too much, blue too little (needs --model)
     Difference,
+    /// Silhouette edges of the full mesh, hidden ones left out, found pixel by pixel (needs --model, as all of these): where faces
+    /// behind are as deep as those in front
+    EdgesEqual,
+    /// The edges of faces behind, as lines
+    EdgesWireframe,
+    /// Faces behind, pulled towards the eye: thin on round rims, wide at sharp edges
+    EdgesTranslate,
+    /// Faces behind, fattened by one width
+    EdgesFatten,
+    /// Fattened in greys, with strokes along grazing faces
+    EdgesCharcoal,
 }
 
 /// How the outline is smoothed.
@@ -305,10 +320,12 @@ pub(crate) enum AntialiasArg {
 #[command(after_help = "\
 Examples:
   silmap render bunny.glb --eye -0.2,0.2,0.3 -o bunny.png
-  silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png")]
+  silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png
+  silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png")]
 pub(crate) struct RenderArgs {
-    /// The asset
-    pub(crate) asset: PathBuf,
+    /// The asset; original and edges-* do without
+    #[arg(required_unless_present = "model")]
+    pub(crate) asset: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
     /// The picture to write
@@ -329,6 +346,13 @@ pub(crate) struct RenderArgs {
     /// The full mesh, for modes that need it
     #[arg(long, value_name = "MODEL")]
     pub(crate) model: Option<PathBuf>,
+    /// Width of lines in modes edges-*, outside of the model, in pixels; edges-equal has none, those of edges-translate lie inside
+    /// and are this wide on rims as round as a sixteenth of the model
+    #[arg(long, value_name = "PX", default_value = "2", value_parser = parse_positive)]
+    pub(crate) width: f64,
+    /// In modes edges-*: take the model as it is, open or with faces turned any way, and find the nearest faces by an item buffer
+    #[arg(long, conflicts_with_all = ["close_holes", "repair"])]
+    pub(crate) soup: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
@@ -465,6 +489,9 @@ pub(crate) struct ReportArgs {
     /// Side of the test pictures in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub(crate) resolution: u32,
+    /// Compare with exact extraction by every method and at several resolutions of the model; takes minutes
+    #[arg(long)]
+    pub(crate) comparison: bool,
     /// How many of the worst viewpoints of the best method to show
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=100))]
     pub(crate) worst: u32,
@@ -617,6 +644,45 @@ pub(crate) struct EdgesArgs {
     /// Draw the edges, hidden ones too, into this file
     #[arg(long, value_name = "FILE")]
     pub(crate) svg: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Measures interpolation, extraction and frames of a model side by side.
+///
+/// Rows are `full` (the mesh), `hull` (the painted hull, unclipped), `clipped-METHOD-ANTIALIAS`, `exact-METHOD` (the hull clipped by
+/// exact edges, unsmoothed), and without drawing `edges-METHOD` (extraction) and `contour-METHOD` (interpolation). Each is timed at
+/// the viewpoints of one walk around the model in steps of 0.5°.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap bench bunny.ply --close-holes --json
+  silmap bench bunny.ply --close-holes --asset bunny.glb --faces-full 1200000 --edges brute --edges jc")]
+pub(crate) struct BenchArgs {
+    /// The mesh
+    pub(crate) model: PathBuf,
+    /// Its asset [default: built with the defaults of `silmap build`]
+    #[arg(long, value_name = "ASSET.glb")]
+    pub(crate) asset: Option<PathBuf>,
+    /// Cut the faces of the full mesh into four while there are at most this many
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=50_000_000))]
+    pub(crate) faces_full: u32,
+    /// Draw this many in a frame, one after the other, each from the next viewpoint of the walk
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) instances: u32,
+    /// Size of the pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_size)]
+    pub(crate) size: Size,
+    /// Frames of each row
+    #[arg(long, value_name = "N", default_value_t = 31, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) repeat: u32,
+    /// Methods of extraction to measure; may be given several times [default: all]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) edges: Vec<ExtractionArg>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]

@@ -1,8 +1,11 @@
 //! The `silmap` command: options in, one library call, result out.
 
 mod args;
+mod bench;
 mod camera;
 mod commands;
+mod comparison;
+mod exact_shape;
 mod files;
 mod interrupt;
 mod machine;
@@ -11,6 +14,7 @@ mod output;
 mod pictures;
 mod progress;
 mod strip;
+mod subdivide;
 mod values;
 
 use std::process::ExitCode;

@@ -97,6 +97,7 @@ pub(crate) fn measure<'a>(
         directions,
         worst,
         contour_times,
+        comparison: None,
         conditions: Conditions {
             machine: machine::describe(),
             threads: rayon::current_num_threads() as u32,

@@ -40,7 +40,7 @@ fn help_is_as_it_was() {
     let mut changed = Vec::new();
     for command in [
         "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull", "edges",
-        "simplify", "align", "generate",
+        "simplify", "align", "bench", "generate",
     ] {
         let arguments: Vec<&str> = [command, "--help"]
             .into_iter()
@@ -103,12 +103,17 @@ fn wrong_usage_ends_in_2() {
         &["contour", asset, "--eye", "0,0,3", "--detail", "7"],
         &["contour", asset],
         &["edges", "m.ply"],
+        &["bench", "m.ply", "--repeat", "0"],
+        &["bench", "m.ply", "--edges", "guess"],
         &["edges", "m.ply", "--eye", "0,0,3", "--direction", "0,0,1"],
         &["edges", "m.ply", "--eye", "0,0,3", "--method", "guess"],
         &["edges", "m.ply", "--eye", "0,0,3", "--walk", "0"],
         &["edges", "m.ply", "--direction", "0,0,0"],
         &[
             "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "original",
+        ],
+        &[
+            "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "exact",
         ],
     ] {
         let ended = run(arguments);
@@ -561,8 +566,14 @@ fn pictures_have_the_size_asked_for_and_differ_by_mode() {
         "coarse",
         "textured",
         "clipped",
+        "exact",
         "silhouette",
         "difference",
+        "edges-equal",
+        "edges-wireframe",
+        "edges-translate",
+        "edges-fatten",
+        "edges-charcoal",
     ] {
         let out = folder.join(format!("{mode}.png"));
         let ended = run(&[
@@ -593,6 +604,174 @@ fn pictures_have_the_size_asked_for_and_differ_by_mode() {
         assert!(!seen.contains(&bytes), "{mode} looks like another mode");
         seen.push(bytes);
     }
+}
+
+#[test]
+fn the_exact_mode_tells_of_its_fans() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model, folder) = (
+        path(&fixture().asset),
+        path(&fixture().model),
+        scratch("exact"),
+    );
+    let out = folder.join("exact.png");
+    let drawn = run_json(&[
+        "render",
+        asset,
+        "--eye",
+        "1,3,2",
+        "--mode",
+        "exact",
+        "--model",
+        model,
+        "--json",
+        "-o",
+        path(&out),
+    ]);
+    let number = |name: &str| drawn["fans"][name].as_f64().unwrap();
+    assert!(number("loops") >= 1.0 && number("loops_decomposed") >= number("loops"));
+    assert!(number("fan_area_decomposed") <= number("fan_area"));
+    assert!(number("fan_area_decomposed") > 1000.0);
+}
+
+#[test]
+fn lines_are_drawn_of_a_model_alone_and_of_faces_turned_any_way() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let folder = scratch("lines");
+    // An open box whose sides are turned this way and that: no other command takes it.
+    let soup = folder.join("soup.obj");
+    fs::write(
+        &soup,
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+         f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\n",
+    )
+    .unwrap();
+    let draw = |name: &str, model: &Path, more: &[&str]| {
+        let out = folder.join(name);
+        let mut arguments = vec!["render", "--model", path(model), "--eye", "4,3,2", "--size"];
+        arguments.extend(["96x96", "--mode", "edges-fatten", "-o", path(&out)]);
+        arguments.extend(more);
+        let ended = run(&arguments);
+        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
+        let picture = image::open(&out).unwrap().to_luma8();
+        picture.pixels().filter(|p| p.0[0] < 128).count()
+    };
+    let model = &fixture().model;
+    let (thin, wide) = (
+        draw("thin.png", model, &["--width", "1"]),
+        draw("wide.png", model, &["--width", "4"]),
+    );
+    assert!(thin > 50 && wide > 2 * thin, "{thin} and {wide}");
+    assert!(draw("soup.png", &soup, &["--soup"]) > 50);
+
+    let out = folder.join("never.png");
+    let line = [
+        "render",
+        "--model",
+        path(&soup),
+        "--eye",
+        "4,3,2",
+        "-o",
+        path(&out),
+    ];
+    for more in [
+        &["--mode", "clipped"][..],
+        &["--mode", "original", "--soup"],
+        &["--mode", "edges-fatten", "--soup", "--close-holes"],
+        &["--mode", "edges-fatten", "--width", "0"],
+    ] {
+        let ended = run(&[&line[..], more].concat());
+        assert_eq!(ended.code, 2, "{more:?}: {}", ended.err);
+    }
+    let ended = run(&[&line[..], &["--mode", "edges-fatten"]].concat());
+    check_one_sentence(&ended, "an open model without --soup");
+    assert!(!out.exists());
+}
+
+#[test]
+fn bench_says_what_scripts_read() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model) = (path(&fixture().asset), path(&fixture().model));
+    let faces = run_json(&["inspect", asset, "--json"])["model"]["faces"].clone();
+    let finer = (4 * faces.as_u64().unwrap()).to_string();
+    let measured = run_json(&[
+        "bench",
+        model,
+        "--asset",
+        asset,
+        "--faces-full",
+        &finer,
+        "--size",
+        "160x120",
+        "--repeat",
+        "3",
+        "--instances",
+        "2",
+        "--edges",
+        "brute",
+        "--edges",
+        "dual",
+        "--json",
+    ]);
+    check_fields(&measured, &["adapter", "timing", "ratios"]);
+    let rows = measured["rows"].as_array().unwrap();
+    let row = |name: &str| {
+        let found = rows.iter().find(|r| r["name"] == name);
+        found.unwrap_or_else(|| panic!("{name} is missing"))
+    };
+    let number = |name: &str, field: &str| row(name)[field].as_f64().unwrap();
+    for name in [
+        "full",
+        "hull",
+        "clipped-tight-soft",
+        "clipped-hull-none",
+        "clipped-paper-msaa",
+        "exact-brute",
+        "exact-dual",
+    ] {
+        assert!(number(name, "seconds_median") > 0.0, "{name}");
+        assert!(number(name, "cpu_seconds_median") > 0.0, "{name}");
+        assert_eq!(number(name, "repeat"), 3.0, "{name}");
+        if name != "full" {
+            let ratio = &measured["ratios"][format!("full/{name}")];
+            assert!(ratio.as_f64().unwrap() > 0.0, "{name}");
+        }
+    }
+    for name in [
+        "edges-brute",
+        "edges-dual",
+        "contour-tight",
+        "contour-hull",
+        "contour-paper",
+    ] {
+        assert!(number(name, "seconds_median") > 0.0, "{name}");
+        assert_eq!(number(name, "repeat"), 6.0, "{name}");
+    }
+    assert_eq!(number("full", "faces").to_string(), finer);
+    assert_eq!(
+        number("edges-brute", "silhouette_edges"),
+        number("edges-dual", "silhouette_edges")
+    );
+    // What is exact has no error to speak of, what is interpolated some, and the bare hull the most.
+    let [exact, tight, hull] =
+        ["exact-dual", "clipped-tight-none", "hull"].map(|n| number(n, "outline_error"));
+    assert!(
+        exact < 0.01 && number("full", "outline_error") < 0.01,
+        "{exact}"
+    );
+    assert!(exact < tight && tight < hull, "{exact}, {tight}, {hull}");
+    assert!((tight - number("contour-tight", "outline_error")).abs() < 0.1);
+
+    let told = run(&[
+        "bench", model, "--asset", asset, "--size", "64x64", "--repeat", "1", "--edges", "brute",
+    ]);
+    assert!(told.out.contains("clipped-tight-soft"), "{told:?}");
 }
 
 #[test]

@@ -147,6 +147,45 @@ fn page_and_numbers_say_what_scripts_read() {
 }
 
 #[test]
+fn extraction_is_compared_on_request() {
+    let (made, folder) = (fixture(), scratch("comparison"));
+    let out = folder.join("new");
+    let mut with_comparison = arguments(&made.asset, &made.model, &out);
+    with_comparison.push("--comparison");
+    let ended = run(&with_comparison);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let json = fs::read_to_string(out.join("report.json")).unwrap();
+    let numbers: Value = serde_json::from_str(&json).unwrap();
+    let levels = numbers["comparison"]["levels"].as_array().unwrap();
+    assert_eq!(levels.len(), 2, "500 faces, and the model");
+    for level in levels {
+        let methods = level["methods"].as_object().unwrap();
+        assert_eq!(methods.len(), 8);
+        let found: Vec<f64> = (methods.values())
+            .map(|m| m["silhouette_edges"].as_f64().unwrap())
+            .collect();
+        assert!(
+            found[0] > 10.0 && found.iter().all(|&n| n == found[0]),
+            "{found:?}"
+        );
+        assert!(
+            methods
+                .values()
+                .all(|m| m["seconds_median"].as_f64().unwrap() > 0.0)
+        );
+    }
+    let error = |method: &str| {
+        number(
+            &numbers,
+            &format!("/comparison/contours/{method}/outline_error"),
+        )
+    };
+    assert!(error("tight") > 0.0 && error("tight") < error("paper").max(error("hull")));
+    let html = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(html.contains("Exact extraction beside interpolation"));
+}
+
+#[test]
 fn errors_are_those_that_evaluate_measures() {
     let (made, folder) = (fixture(), scratch("report-as-evaluate"));
     let ended = report(&made.asset, &made.model, &folder);

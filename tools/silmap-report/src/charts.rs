@@ -13,7 +13,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::palette::{self, Rgb};
 use crate::scale::LogScale;
-use crate::{ErrorSample, MethodErrors};
+use crate::{Comparison, ErrorSample, MethodErrors};
 
 /// Size of a plot in its own units; the page scales it.
 const SIZE: (u32, u32) = (520, 340);
@@ -100,6 +100,57 @@ pub(crate) fn curve(
         is_logarithmic: true,
     };
     drawn("Simplification curve", (x, ERROR_AXIS), &series)
+}
+
+/// Methods of extraction that the crossover plot shows, and their names there: those that are the fastest somewhere, and
+/// the one that all are compared with.
+const CROSSING: [(&str, &str); 4] = [
+    ("brute", "brute"),
+    ("brute-parallel", "parallel"),
+    ("cones", "cones"),
+    ("dual", "dual"),
+];
+
+/// Time of extraction over the model's faces, and that of interpolation, which does not depend on them.
+pub(crate) fn crossover(comparison: &Comparison) -> String {
+    let time_of = |method: &str| -> Vec<(f64, f64)> {
+        (comparison.levels.iter())
+            .filter_map(|level| {
+                let result = level.methods.iter().find(|r| r.method == method)?;
+                Some((level.faces as f64, 1e6 * result.seconds_median))
+            })
+            .collect()
+    };
+    let mut series: Vec<Series> = (CROSSING.iter())
+        .map(|&(method, name)| Series {
+            name: name.to_owned(),
+            colour: palette::of_method(method),
+            points: time_of(method),
+            look: Look::Line,
+        })
+        .collect();
+    let ends = [comparison.levels.first(), comparison.levels.last()];
+    series.extend(comparison.contours.last().map(|contour| {
+        Series {
+            name: contour.method.clone(),
+            colour: palette::of_method(&contour.method),
+            points: (ends.into_iter().flatten())
+                .map(|level| (level.faces as f64, 1e6 * contour.seconds_median))
+                .collect(),
+            look: Look::Dashed,
+        }
+    }));
+    let x = Axis {
+        name: "faces",
+        unit: "",
+        is_logarithmic: true,
+    };
+    let y = Axis {
+        name: "time",
+        unit: " µs",
+        is_logarithmic: true,
+    };
+    drawn("Time of extraction over resolution", (x, y), &series)
 }
 
 const ERROR_AXIS: Axis<'static> = Axis {
@@ -365,7 +416,8 @@ fn draw_legend(area: &Area<'_>, series: &[Series]) -> DrawResult {
     const GAP: i32 = 24;
     let y = 14;
     let mut x = LABEL_AREA.1 as i32 + 12;
-    let shown = |s: &&Series| s.look != Look::Labelled && !s.points.is_empty();
+    let shown =
+        |s: &&Series| s.look != Look::Labelled && !s.points.is_empty() && !s.name.is_empty();
     for s in series.iter().filter(shown) {
         let colour = rgb(s.colour);
         let line = |from, to| PathElement::new(vec![(from, y), (to, y)], colour.stroke_width(2));

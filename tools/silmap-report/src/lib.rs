@@ -6,6 +6,7 @@
 
 mod canvas;
 mod charts;
+mod comparison;
 mod contour_generator;
 mod difference;
 mod direction_map;
@@ -21,6 +22,7 @@ use glam::DVec3;
 use silmap_geometry::{Camera, ColourImage, Mask, TriangleMesh};
 use silmap_map::Asset;
 
+pub use comparison::{Comparison, ComparisonLevel, ContourResult, ExtractionResult};
 pub use polytope_picture::PolytopeLevel;
 
 /// Everything the page shows.
@@ -50,6 +52,8 @@ pub struct Report<'a> {
     pub worst: Vec<WorstView>,
     /// How long an outline takes.
     pub contour_times: Vec<ContourTime>,
+    /// Exact extraction beside it, where it was measured.
+    pub comparison: Option<Comparison>,
     /// What all that was measured on, and how.
     pub conditions: Conditions,
     /// More sentences on where and how this was measured.

@@ -70,6 +70,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             }))).collect::<Map<_, _>>(),
             "measuring": report.conditions.seconds,
         },
+        "comparison": report.comparison.as_ref().map(crate::comparison::numbers),
         "conditions": {
             "machine": report.conditions.machine,
             "threads": report.conditions.threads,

@@ -12,7 +12,7 @@ use crate::numbers::contour_counts;
 use crate::polytope_picture::polytope_picture;
 use crate::{
     ErrorSample, MethodErrors, Picture, PictureRow, PlaceErrors, Report, WorstView, charts,
-    palette, png,
+    comparison, palette, png,
 };
 
 const STYLE: &str = include_str!("page.css");
@@ -48,6 +48,7 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                     (inside(report))
                     (sizes(report))
                     (times(report))
+                    @if let Some(comparison) = &report.comparison { (comparison::section(comparison)) }
                     @if !report.notes.is_empty() {
                         section {
                             h2 { "Notes" }

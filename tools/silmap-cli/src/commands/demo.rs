@@ -15,7 +15,9 @@ use silmap_preprocess::mesh_io::{self, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_report::{Picture, PictureRow};
-use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
+use silmap_runtime::{
+    Antialias, Background, EdgeParams, FrameParams, Mode, Renderer, RendererOptions,
+};
 
 use crate::args::{DemoArgs, ModelKind};
 use crate::commands::build::build_watched;
@@ -169,6 +171,7 @@ fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Ro
                         method: Method::best_for(&asset.map),
                         antialias: Antialias::Soft,
                         background: Background::Colour([255; 3]),
+                        edges: EdgeParams::default(),
                     };
                     Ok(renderer.render(gpu, &params)?)
                 })

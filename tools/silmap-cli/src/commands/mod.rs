@@ -1,6 +1,7 @@
 //! One module for each subcommand.
 
 mod align;
+mod bench;
 mod build;
 mod contour;
 mod demo;
@@ -48,6 +49,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Edges(args) => edges::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Align(args) => align::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => generate::run(&args),
     }
 }

@@ -1,16 +1,23 @@
-//! `silmap render`: one picture of an asset.
+//! `silmap render`: one picture of an asset, or of a model alone.
 
 use std::path::Path;
 
 use anyhow::Context;
 use clap::error::ErrorKind;
 use serde::Serialize;
-use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
+use silmap_exact::silhouette_edges;
+use silmap_geometry::{Camera, TriangleMesh};
+use silmap_map::{Asset, Method};
+use silmap_preprocess::mesh_io;
+use silmap_runtime::{
+    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Renderer, RendererOptions,
+};
 
 use crate::args::{AntialiasArg, MethodArg, ModeArg, RenderArgs, usage_error};
 use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
-use crate::files::{load_model_of, read_asset};
+use crate::exact_shape::{ExactShape, FansJson};
+use crate::files::{load_model, load_model_of, read_asset};
 use crate::output::{self, OutputFile};
 use crate::pictures::encode_png;
 use crate::values::Backdrop;
@@ -22,45 +29,96 @@ struct Rendered<'a> {
     height: u32,
     /// The graphics adapter and the interface it is driven through.
     adapter: String,
+    /// In mode `exact`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fans: Option<FansJson>,
+}
+
+impl ModeArg {
+    /// Whether the picture depends on the full mesh.
+    fn needs_model(self) -> bool {
+        self == Self::Exact || Mode::from(self).needs_model()
+    }
+
+    /// Whether it depends on the asset.
+    fn needs_asset(self) -> bool {
+        !matches!(Mode::from(self), Mode::Original | Mode::Edges(_))
+    }
+}
+
+/// Ends the program when options do not go together.
+fn check_usage(args: &RenderArgs) {
+    if args.mode.needs_model() && args.model.is_none() {
+        usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "this --mode needs the full mesh: add --model MODEL",
+        );
+    }
+    if args.mode.needs_asset() && args.asset.is_none() {
+        usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "this --mode shows an asset: name one, or choose original or edges-*",
+        );
+    }
+    if args.soup && !matches!(Mode::from(args.mode), Mode::Edges(_)) {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--soup is for the modes edges-*",
+        );
+    }
 }
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
-    let mode = Mode::from(args.mode);
-    if mode.needs_model() && args.model.is_none() {
-        usage_error(
-            ErrorKind::MissingRequiredArgument,
-            "this --mode shows the full mesh: add --model MODEL",
-        );
-    }
+    check_usage(args);
     let file = OutputFile::check(&args.out)?;
-    let (asset, _) = read_asset(&args.asset)?;
-    let camera = camera_from_args(&args.camera, asset.map.center, asset.map.radius)?;
+    let asset = args.asset.as_deref().map(read_asset).transpose()?;
+    let asset = asset.map(|(asset, _)| asset);
     // Before the device, which is not needed to say what is wrong with it.
-    let model = match args.model.as_deref().filter(|_| mode.needs_model()) {
-        Some(path) => Some((path, load_model_of(&asset, path, args.mending)?)),
+    let model = match args.model.as_deref().filter(|_| args.mode.needs_model()) {
+        Some(path) => Some((path, read_model(args, path, asset.as_ref())?)),
         None => None,
     };
+    let params = FrameParams {
+        camera: camera(args, asset.as_ref(), model.as_ref().map(|(_, mesh)| mesh))?,
+        mode: args.mode.into(),
+        method: asset.as_ref().map_or(Method::default(), |asset| {
+            MethodArg::resolve(args.method, &asset.map)
+        }),
+        antialias: args.antialias.into(),
+        background: args.background.into(),
+        edges: EdgeParams {
+            width_px: args.width as f32,
+            by_item_buffer: args.soup,
+        },
+    };
+    let exact = match &model {
+        Some((path, mesh)) if params.mode == Mode::Exact => {
+            Some(exact_shape(mesh, &params).with_context(|| path.display().to_string())?)
+        }
+        _ => None,
+    };
     let gpu = open_gpu()?;
-    let named = || args.asset.display().to_string();
     let mut renderer = Renderer::new(&gpu, RendererOptions::default());
-    renderer.load_asset(&gpu, &asset).with_context(named)?;
-    if let Some((path, model)) = model {
-        renderer
-            .load_model(&gpu, model.mesh.mesh())
-            .with_context(|| path.display().to_string())?;
+    let named = || {
+        let input = args.asset.as_deref().or(args.model.as_deref());
+        input.unwrap_or(Path::new("")).display().to_string()
+    };
+    if let Some(asset) = &asset {
+        renderer.load_asset(&gpu, asset).with_context(named)?;
     }
-    let picture = renderer
-        .render(
-            &gpu,
-            &FrameParams {
-                camera,
-                mode,
-                method: MethodArg::resolve(args.method, &asset.map),
-                antialias: args.antialias.into(),
-                background: args.background.into(),
-            },
-        )
-        .with_context(named)?;
+    if let Some((path, mesh)) = &model {
+        match params.mode {
+            Mode::Edges(_) => renderer.load_edge_model(&gpu, mesh),
+            mode if mode.needs_model() => renderer.load_model(&gpu, mesh),
+            _ => Ok(()),
+        }
+        .with_context(|| path.display().to_string())?;
+    }
+    let picture = match &exact {
+        Some(shape) => renderer.render_shape(&gpu, &params, &shape.clip_shape()),
+        None => renderer.render(&gpu, &params),
+    }
+    .with_context(named)?;
     file.write(&encode_png(&picture)?)?;
     if args.output.json {
         return output::print_json(&Rendered {
@@ -68,6 +126,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             width: picture.width,
             height: picture.height,
             adapter: gpu.adapter_name(),
+            fans: exact.as_ref().map(ExactShape::fans),
         });
     }
     output::say(&format!(
@@ -78,6 +137,55 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The model that the mode needs: closed, or with `--soup` as it is.
+fn read_model(
+    args: &RenderArgs,
+    path: &Path,
+    asset: Option<&Asset>,
+) -> anyhow::Result<TriangleMesh> {
+    if args.soup {
+        let (mesh, warnings) = mesh_io::read_triangles(path)?;
+        for warning in &warnings {
+            output::warn(&format!("{}: {warning}", path.display()));
+        }
+        anyhow::ensure!(
+            !mesh.faces.is_empty(),
+            "{}: it has no faces",
+            path.display()
+        );
+        return Ok(mesh);
+    }
+    let loaded = match asset {
+        Some(asset) => load_model_of(asset, path, args.mending)?,
+        None => load_model(path, args.mending)?,
+    };
+    Ok(loaded.mesh.mesh().clone())
+}
+
+/// The camera about the asset, or without one about the model.
+fn camera(
+    args: &RenderArgs,
+    asset: Option<&Asset>,
+    model: Option<&TriangleMesh>,
+) -> anyhow::Result<Camera> {
+    let of_asset = asset.map(|asset| (asset.map.center, asset.map.radius));
+    let of_model = || {
+        let bounds = model.map(TriangleMesh::bounds);
+        bounds.map(|b| (b.center, b.radius))
+    };
+    let (center, radius) = of_asset
+        .or_else(of_model)
+        .context("there is nothing to look at")?;
+    camera_from_args(&args.camera, center, radius)
+}
+
+/// The exact silhouette of the model in the frame's image.
+fn exact_shape(mesh: &TriangleMesh, params: &FrameParams) -> anyhow::Result<ExactShape> {
+    let camera = &params.camera;
+    let edges = silhouette_edges(mesh, camera.eye);
+    ExactShape::new(mesh, &edges, camera, params.antialias == Antialias::Soft)
+}
+
 impl From<ModeArg> for Mode {
     fn from(mode: ModeArg) -> Self {
         match mode {
@@ -85,8 +193,14 @@ impl From<ModeArg> for Mode {
             ModeArg::Coarse => Self::Coarse,
             ModeArg::Textured => Self::Textured,
             ModeArg::Clipped => Self::Clipped,
+            ModeArg::Exact => Self::Exact,
             ModeArg::Silhouette => Self::Silhouette,
             ModeArg::Difference => Self::Difference,
+            ModeArg::EdgesEqual => Self::Edges(EdgeStyle::Equal),
+            ModeArg::EdgesWireframe => Self::Edges(EdgeStyle::Wireframe),
+            ModeArg::EdgesTranslate => Self::Edges(EdgeStyle::Translate),
+            ModeArg::EdgesFatten => Self::Edges(EdgeStyle::Fatten),
+            ModeArg::EdgesCharcoal => Self::Edges(EdgeStyle::Charcoal),
         }
     }
 }

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use serde::Serialize;
+use silmap_report::Report;
 
 use crate::args::ReportArgs;
+use crate::comparison::compare;
 use crate::files::{load_model_of, read_asset};
 use crate::measure::{MeasureParams, measure};
 use crate::output::{self, OutputFolder};
@@ -30,7 +32,18 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let model = load_model_of(&asset, &args.model, args.mending)?;
     let params = params_from_args(args);
     let report = Progress::new()
-        .watch(|monitor| measure(&asset, &bytes, model.mesh.mesh(), &params, monitor))
+        .watch(|monitor| {
+            let report = measure(&asset, &bytes, model.mesh.mesh(), &params, monitor)?;
+            let comparison = if args.comparison {
+                Some(compare(&asset, &bytes, &model.mesh, monitor)?)
+            } else {
+                None
+            };
+            anyhow::Ok(Report {
+                comparison,
+                ..report
+            })
+        })
         .with_context(|| args.asset.display().to_string())?;
     let (html, json) = (silmap_report::html(&report), silmap_report::json(&report));
     folder.write(&[(NUMBERS, json.as_bytes()), (PAGE, html.as_bytes())])?;

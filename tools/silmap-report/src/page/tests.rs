@@ -111,6 +111,7 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
             most: 0.0005,
             calls: 9,
         }],
+        comparison: None,
         conditions: Conditions {
             machine: "a machine".to_owned(),
             threads: 2,

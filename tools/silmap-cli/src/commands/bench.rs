@@ -1,0 +1,140 @@
+//! `silmap bench`: interpolation, extraction and frames side by side.
+
+use anyhow::Context;
+use glam::DVec3;
+use serde::Serialize;
+use silmap_exact::{Method as Extraction, Viewpoint, walk_around};
+use silmap_geometry::Camera;
+use silmap_map::asset;
+use silmap_preprocess::pipeline::BuildParams;
+
+use crate::args::BenchArgs;
+use crate::bench::{Bench, Row};
+use crate::commands::build::build_watched;
+use crate::commands::open_gpu;
+use crate::files::{load_model, load_model_of, read_asset};
+use crate::machine;
+use crate::output;
+use crate::subdivide::subdivide;
+
+/// From where the walk starts, and how far away it leads, in radii.
+const START: DVec3 = DVec3::new(0.45, 0.35, 1.0);
+const DISTANCE_RADII: f64 = 3.0;
+
+/// The row whose time the others' is compared with.
+const COMPARED_WITH: &str = "full";
+
+#[derive(Serialize)]
+struct BenchJson {
+    adapter: String,
+    /// Where the device's times are from: `timestamps` or `submit-to-idle`.
+    timing: &'static str,
+    machine: String,
+    rows: Vec<Row>,
+    /// How many times longer a frame of the full mesh takes, processor and device together.
+    ratios: serde_json::Map<String, serde_json::Value>,
+}
+
+pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
+    // First, so that a missing adapter is known before the work.
+    let gpu = open_gpu()?;
+    let read = args.asset.as_deref().map(read_asset).transpose()?;
+    let model = match &read {
+        Some((asset, _)) => load_model_of(asset, &args.model, args.mending)?,
+        None => load_model(&args.model, args.mending)?,
+    };
+    let named = || args.model.display().to_string();
+    let (asset, bytes) = match read {
+        Some(read) => read,
+        None => {
+            let (asset, _) = build_watched(&model, &BuildParams::default()).with_context(named)?;
+            let bytes = asset::write(&asset).with_context(named)?;
+            (asset, bytes)
+        }
+    };
+    let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
+    let bench = Bench {
+        full: &full,
+        asset: &asset,
+        sizes: asset::sizes(&bytes).with_context(named)?,
+        cameras: cameras(args, asset.map.center, asset.map.radius)?,
+        instances: args.instances as usize,
+        extractions: extractions(args),
+    };
+    let (rows, has_timestamps) = bench.run(&gpu).with_context(named)?;
+    let result = BenchJson {
+        adapter: gpu.adapter_name(),
+        timing: if has_timestamps {
+            "timestamps"
+        } else {
+            "submit-to-idle"
+        },
+        machine: machine::describe(),
+        ratios: ratios(&rows),
+        rows,
+    };
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    output::print_bytes(table(&result).as_bytes())
+}
+
+/// The viewpoints of all frames, one walk.
+fn cameras(args: &BenchArgs, center: DVec3, radius: f64) -> anyhow::Result<Vec<Camera>> {
+    let start = center + START.normalize_or_zero() * (DISTANCE_RADII * radius);
+    let count = args.repeat as usize * args.instances as usize;
+    let size = (args.size.width, args.size.height);
+    walk_around(Viewpoint::Eye(start), center, count)
+        .map(|viewpoint| {
+            let (Viewpoint::Eye(eye) | Viewpoint::Direction(eye)) = viewpoint;
+            Ok(Camera::fit_sphere(eye, center, radius, None, size)?)
+        })
+        .collect()
+}
+
+fn extractions(args: &BenchArgs) -> Vec<Extraction> {
+    let is_asked = |method: &Extraction| {
+        args.edges.is_empty() || args.edges.iter().any(|&e| Extraction::from(e) == *method)
+    };
+    Extraction::ALL.iter().copied().filter(is_asked).collect()
+}
+
+fn ratios(rows: &[Row]) -> serde_json::Map<String, serde_json::Value> {
+    let full = rows.iter().find(|r| r.name == COMPARED_WITH);
+    let full = full.map_or(0.0, Row::frame_seconds);
+    let is_drawn =
+        |row: &&Row| !row.name.starts_with("edges-") && !row.name.starts_with("contour-");
+    (rows.iter().filter(is_drawn))
+        .filter(|row| row.name != COMPARED_WITH)
+        .map(|row| {
+            let name = format!("{COMPARED_WITH}/{}", row.name);
+            (name, (full / row.frame_seconds()).into())
+        })
+        .collect()
+}
+
+fn table(result: &BenchJson) -> String {
+    let mut text = format!(
+        "drawn by {}, device timed by {}\n{:<22} {:>9} {:>10} {:>10} {:>9} {:>11}\n",
+        result.adapter, result.timing, "", "faces", "device ms", "cpu ms", "error px", "bytes"
+    );
+    for row in &result.rows {
+        let faces = row.faces.map_or(String::new(), |n| n.to_string());
+        let error = row
+            .outline_error
+            .map_or(String::new(), |e| format!("{e:.4}"));
+        let is_drawn = !row.name.starts_with("edges-") && !row.name.starts_with("contour-");
+        let device = if is_drawn {
+            format!("{:.3}", 1e3 * row.seconds_median)
+        } else {
+            String::new()
+        };
+        text.push_str(&format!(
+            "{:<22} {faces:>9} {device:>10} {:>10.4} {error:>9} {:>11}\n",
+            row.name,
+            1e3 * row.cpu_seconds_median,
+            row.bytes
+        ));
+    }
+    text
+}
