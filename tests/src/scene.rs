@@ -14,7 +14,7 @@ use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_preprocess::{Monitor, models};
-use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
+use silmap_runtime::{Antialias, Background, FrameParams, Mode, Paint, Renderer, RendererOptions};
 
 /// Faces of the model.
 const MODEL_FACES: usize = 4096;
@@ -77,6 +77,7 @@ pub fn frame(camera: Camera, mode: Mode, antialias: Antialias) -> FrameParams {
         camera,
         mode,
         method: silmap_map::Method::Hull,
+        paint: Paint::default(),
         antialias,
         background: Background::Colour([255; 3]),
     }

@@ -3,7 +3,9 @@
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
 //! 1999, section 8.
 
+mod blend;
 mod clip;
+mod colour_difference;
 mod frame;
 mod hull_paint;
 mod layouts;
@@ -14,8 +16,10 @@ mod pipelines;
 mod renderer;
 mod targets;
 
+pub use colour_difference::ColourDifference;
 pub use frame::{
-    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, RenderError, RendererOptions,
+    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, Paint, RenderError,
+    RendererOptions,
 };
 pub use hull_paint::HullPaintUniform;
 pub use layouts::{MaterialUniform, TintUniform, ViewUniform};

@@ -11,6 +11,7 @@ mod output;
 mod pictures;
 mod progress;
 mod strip;
+mod texture_errors;
 mod values;
 
 use std::process::ExitCode;

@@ -5,9 +5,9 @@ use std::path::Path;
 use anyhow::Context;
 use clap::error::ErrorKind;
 use serde::Serialize;
-use silmap_runtime::{Antialias, Background, FrameParams, Mode, Renderer, RendererOptions};
+use silmap_runtime::{Antialias, Background, FrameParams, Mode, Paint, Renderer, RendererOptions};
 
-use crate::args::{AntialiasArg, MethodArg, ModeArg, RenderArgs, usage_error};
+use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
 use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
 use crate::files::{load_model_of, read_asset};
@@ -56,6 +56,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
                 camera,
                 mode,
                 method: MethodArg::resolve(args.method, &asset.map),
+                paint: args.paint.into(),
                 antialias: args.antialias.into(),
                 background: args.background.into(),
             },
@@ -87,6 +88,17 @@ impl From<ModeArg> for Mode {
             ModeArg::Clipped => Self::Clipped,
             ModeArg::Silhouette => Self::Silhouette,
             ModeArg::Difference => Self::Difference,
+        }
+    }
+}
+
+impl From<PaintArg> for Paint {
+    fn from(paint: PaintArg) -> Self {
+        match paint {
+            PaintArg::Blended => Self::Blended,
+            PaintArg::Nearest => Self::Nearest,
+            PaintArg::Views => Self::Views,
+            PaintArg::Tiles => Self::Tiles,
         }
     }
 }

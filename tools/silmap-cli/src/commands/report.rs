@@ -7,6 +7,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 use crate::args::ReportArgs;
+use crate::commands::open_gpu;
 use crate::files::{load_model_of, read_asset};
 use crate::measure::{MeasureParams, measure};
 use crate::output::{self, OutputFolder};
@@ -29,8 +30,12 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let (asset, bytes) = read_asset(&args.asset)?;
     let model = load_model_of(&asset, &args.model, args.mending)?;
     let params = params_from_args(args);
+    let gpu = open_gpu().ok();
     let report = Progress::new()
-        .watch(|monitor| measure(&asset, &bytes, model.mesh.mesh(), &params, monitor))
+        .watch(|monitor| {
+            let how = (&params, gpu.as_ref());
+            measure(&asset, &bytes, model.mesh.mesh(), how, monitor)
+        })
         .with_context(|| args.asset.display().to_string())?;
     let (html, json) = (silmap_report::html(&report), silmap_report::json(&report));
     folder.write(&[(NUMBERS, json.as_bytes()), (PAGE, html.as_bytes())])?;
