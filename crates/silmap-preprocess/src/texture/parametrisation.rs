@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use silmap_geometry::camera::MAX_SIDE_PX;
 use silmap_geometry::{Bvh, TriangleMesh};
 use silmap_map::asset::TangentFrames;
 use silmap_map::{Atlas, CoarseHull};
@@ -169,6 +170,10 @@ fn count_in_face(
     let high = a.max(b).max(c).ceil();
     let columns = (high.x - low.x).max(0.0) as usize;
     let rows = (high.y - low.y).max(0.0) as usize;
+    if columns.max(rows) > MAX_SIDE_PX as usize {
+        // No picture is that large: a file that says so is not one of ours.
+        return Discontinuities::default();
+    }
     let at_texel = |x: usize, y: usize| {
         let p = low + DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let weights = [
@@ -252,5 +257,6 @@ mod tests {
         assert_eq!(count([a, b, c]), count([b, c, a]));
         assert_eq!(count([a, b, c]), count([a, c, b]));
         assert_eq!(count([a, a, c]), 0);
+        assert_eq!(count([a, b * 1e12, c * 1e12]), 0);
     }
 }
