@@ -11,14 +11,14 @@ use silmap_runtime::{Antialias, FrameParams, Mode, Paint, Renderer, RendererOpti
 use silmap_tests::{device, scene};
 
 /// Side of the pictures.
-const SIDE_PX: u32 = 96;
+const SIDE_PX: u32 = 384;
 /// Side of the squares in which changes are looked for: a face that pops fills one.
-const SQUARE_PX: usize = 6;
+const SQUARE_PX: usize = 24;
 /// Degrees that the eye goes around the model.
-const ARC: f64 = 5.0;
+const ARC: f64 = 16.0;
 /// Steps of a walk, and how many times more those of a careful one.
-const STEPS: u32 = 50;
-const FINER: u32 = 4;
+const STEPS: u32 = 16;
+const FINER: u32 = 8;
 
 /// The hand-made asset with texture views of one colour each.
 fn coloured_views(gpu: &Gpu) -> Asset {
@@ -94,9 +94,9 @@ fn the_picture_changes_in_proportion_to_the_step() {
     let (large, small) = changes(&mut renderer, &gpu, &bounds, Paint::Blended);
     assert!(large > 1.0, "hardly anything changes: {large}");
     let share = small / large;
-    // Where four views are about as far as each other weights change fast, but they do not jump. Colours are whole numbers.
+    // Where four views are about as far as each other weights change fast, but they do not jump; and edges go from sample to sample.
     assert!(
-        share < 1.6 / f64::from(FINER),
+        share < 2.5 / f64::from(FINER),
         "{small} is {share} of {large}"
     );
     // The nearest view alone pops, as much in a small step as in a large one.
