@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::DVec3;
-use silmap_geometry::{Bounds, ColourImage};
+use silmap_geometry::{Bounds, Camera, ColourImage};
 use silmap_gpu::Gpu;
 use silmap_map::Asset;
 use silmap_runtime::{Antialias, FrameParams, Mode, Paint, Renderer, RendererOptions};
@@ -15,9 +15,9 @@ const SIDE_PX: u32 = 384;
 /// Side of the squares in which changes are looked for: a face that pops fills one.
 const SQUARE_PX: usize = 24;
 /// Degrees that the eye goes around the model.
-const ARC: f64 = 16.0;
+const ARC: f64 = 8.0;
 /// Steps of a walk, and how many times more those of a careful one.
-const STEPS: u32 = 16;
+const STEPS: u32 = 8;
 const FINER: u32 = 8;
 
 /// The hand-made asset with texture views of one colour each.
@@ -59,14 +59,37 @@ fn largest_change(frames: &[ColourImage]) -> f64 {
     largest
 }
 
+/// The camera at so many degrees around the model.
+fn camera_at(bounds: &Bounds, degrees: f64) -> Camera {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    scene::camera(bounds, DVec3::new(cos, 0.7, sin), 3.0, SIDE_PX)
+}
+
+/// Degrees at which another texture view becomes the nearest.
+fn handover(asset: &Asset, bounds: &Bounds) -> f64 {
+    let nearest = |degrees: f64| {
+        let eye = camera_at(bounds, degrees).eye;
+        let distance = |k: &usize| asset.textures.views[*k].camera.eye.distance(eye);
+        let views = 0..asset.textures.views.len();
+        views.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let all = (0..3600).map(|k| 0.1 * f64::from(k));
+    let mut handovers = all.filter(|&d| nearest(d) != nearest(d + 0.1));
+    handovers.next().unwrap()
+}
+
 /// The largest changes of a walk in large steps and of the same walk in small ones.
-fn changes(renderer: &mut Renderer, gpu: &Gpu, bounds: &Bounds, paint: Paint) -> (f64, f64) {
+fn changes(
+    renderer: &mut Renderer,
+    gpu: &Gpu,
+    (bounds, middle): (&Bounds, f64),
+    paint: Paint,
+) -> (f64, f64) {
     let mut walk = |steps: u32| {
         let frames: Vec<ColourImage> = (0..=steps)
             .map(|k| {
-                let turn = (20.0 + ARC * f64::from(k) / f64::from(steps)).to_radians();
-                let eye = DVec3::new(turn.cos(), 0.7, turn.sin());
-                let camera = scene::camera(bounds, eye, 3.0, SIDE_PX);
+                let part = f64::from(k) / f64::from(steps) - 0.5;
+                let camera = camera_at(bounds, middle + ARC * part);
                 let params = FrameParams {
                     paint,
                     ..scene::frame(camera, Mode::Textured, Antialias::Msaa)
@@ -85,13 +108,15 @@ fn the_picture_changes_in_proportion_to_the_step() {
         return;
     };
     let mut renderer = Renderer::new(&gpu, RendererOptions::default());
-    renderer.load_asset(&gpu, &coloured_views(&gpu)).unwrap();
+    let asset = coloured_views(&gpu);
+    renderer.load_asset(&gpu, &asset).unwrap();
     let mesh_bounds = scene::model().bounds();
     let bounds = Bounds {
         radius: mesh_bounds.radius * 1.15,
         ..mesh_bounds
     };
-    let (large, small) = changes(&mut renderer, &gpu, &bounds, Paint::Blended);
+    let place = (&bounds, handover(&asset, &bounds));
+    let (large, small) = changes(&mut renderer, &gpu, place, Paint::Blended);
     assert!(large > 1.0, "hardly anything changes: {large}");
     let share = small / large;
     // Where four views are about as far as each other weights change fast, but they do not jump; and edges go from sample to sample.
@@ -100,7 +125,7 @@ fn the_picture_changes_in_proportion_to_the_step() {
         "{small} is {share} of {large}"
     );
     // The nearest view alone pops, as much in a small step as in a large one.
-    let (large, small) = changes(&mut renderer, &gpu, &bounds, Paint::Nearest);
+    let (large, small) = changes(&mut renderer, &gpu, place, Paint::Nearest);
     let share = small / large;
     assert!(
         share > 0.8,
