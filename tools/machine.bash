@@ -65,6 +65,15 @@ need_graphics() {
     esac
 }
 
+# A browser that draws without a display.
+need_browser() {
+    local name
+    for name in chromium chromium-browser google-chrome; do
+        command -v "$name" >/dev/null && return 0
+    done
+    install_packages chromium
+}
+
 # Folders that go when the script ends.
 temporary=()
 trap 'rm -rf "${temporary[@]}"' EXIT

@@ -61,7 +61,8 @@ def check_bunny(silmap, folder):
     hold("bunny: silhouette data", inspected["map"]["bytes"] / KIB, 200, " KiB")
     hold("bunny: whole asset", asset.stat().st_size / MIB, 2.5, " MiB")
     hold("bunny: hull faces", inspected["hull"]["faces"], 500)
-    evaluation = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--viewpoints", 200, "--json")
+    evaluation = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--viewpoints", 200, "--textures", 8, "--json")
+    check_textures(built, evaluation["textures"])
     hold("bunny: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 3.0, " %")
     hold("bunny: paper misclassified", percent_of(evaluation, "paper", "misclassified_mean"), 4.0, " %")
     hold("bunny: tight misclassified", percent_of(evaluation, "tight", "misclassified_mean"), 0.9, " %")
@@ -70,6 +71,18 @@ def check_bunny(silmap, folder):
         times = sorted(call(silmap, "contour", asset, eye, "--method", method, "--json")["seconds"] for _ in range(21))
         hold(f"bunny: contour by {method}, median", 1e3 * times[10], 1.0, " ms")
     return asset
+
+
+def check_textures(built, textures):
+    hold("bunny: baking textures", built["seconds"]["textures"], 5, " s")
+    hold("bunny: hull area that falls to the atlas", 100 * built["textures"]["atlas_share"], 5, " %")
+    # In steps of 255, the largest of the channels' means, inside both outlines at eyes on the view sphere.
+    limits = {"blended": 4, "views": 4, "nearest": 5, "tiles": 5}
+    for paint, limit in limits.items():
+        hold(f"bunny: colours, {paint}", textures["colour_difference"][paint]["largest_channel"], limit)
+    jumps = textures["discontinuities_per_1000"]
+    print(f"     of 1,000 texels beside a jump: {jumps}")
+    hold("bunny: jumps by normal-shooting over those by closest-point", jumps["normal-shooting"] / jumps["closest-point"], 0.5)
 
 
 def check_conservative_bunny(silmap, folder):

@@ -15,7 +15,7 @@ use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contou
 use silmap_preprocess::trace::trace_contours;
 use silmap_preprocess::{Monitor, models};
 use silmap_runtime::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
 };
 
 /// Faces of the model.
@@ -79,6 +79,7 @@ pub fn frame(camera: Camera, mode: Mode, antialias: Antialias) -> FrameParams {
         camera,
         mode,
         method: silmap_map::Method::Hull,
+        paint: Paint::default(),
         antialias,
         background: Background::Colour([255; 3]),
         edges: EdgeParams::default(),

@@ -150,6 +150,7 @@ fn sample_asset() -> Asset {
             visible_views: vec![1, 2, 3, 0, 1, 2, 3, 0],
             atlas: Some(Atlas {
                 image: picture(128, ImageFormat::Png),
+                normals: Some(picture(128, ImageFormat::Jpeg)),
                 size_px: [128, 128],
                 corner_uvs: (0..8)
                     .map(|f| [[0.1, 0.1], [0.1 * f as f32, 0.2], [0.9, 0.8]])

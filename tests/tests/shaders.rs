@@ -122,7 +122,15 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
     let pairs = [
         (
             wgsl_layout(&shaders::SHADE_MODEL, "View"),
-            rust_layout!(ViewUniform, clip_from_object, lights, size_px, ambient, dim),
+            rust_layout!(
+                ViewUniform,
+                clip_from_object,
+                lights,
+                size_px,
+                ambient,
+                dim,
+                eye
+            ),
         ),
         (
             wgsl_layout(&shaders::SHADE_MODEL, "ModelMaterial"),
@@ -156,7 +164,15 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
 
 #[test]
 fn a_struct_in_another_order_is_noticed() {
-    let swapped = rust_layout!(ViewUniform, clip_from_object, lights, ambient, size_px, dim);
+    let swapped = rust_layout!(
+        ViewUniform,
+        clip_from_object,
+        lights,
+        ambient,
+        size_px,
+        dim,
+        eye
+    );
     assert_ne!(wgsl_layout(&shaders::SHADE_MODEL, "View"), swapped);
 }
 

@@ -181,7 +181,8 @@ pub fn build(
         texture::bake(model, &tree, &hull, &params.textures, monitor)
     })?;
 
-    let warnings = stall_warnings(params, &map_report, &hull);
+    let mut warnings = stall_warnings(params, &map_report, &hull);
+    warnings.extend(over_budget(&params.textures, &textures));
     let record = BuildRecord {
         uniform_curve,
         ..record(model.mesh(), name, params, &map_report)
@@ -326,6 +327,13 @@ fn stall_warnings(
     warnings
 }
 
+/// The warning about pictures that have more bytes than they should.
+fn over_budget(params: &TextureParams, textures: &TextureSet) -> Option<PrepWarning> {
+    let wanted = params.budget_bytes?;
+    let reached = texture::picture_bytes(textures);
+    (reached > wanted).then_some(PrepWarning::TexturesOverBudget { wanted, reached })
+}
+
 fn assemble(
     record: BuildRecord,
     map: SilhouetteMap,
@@ -372,7 +380,7 @@ fn options_text(params: &BuildParams) -> String {
     };
     format!(
         "--views {} {goal} --method {} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
-         --texture-views {} --texture-size {}",
+         --texture-views {} --texture-size {} {}",
         params.views,
         params.map.method.name(),
         params.resolution_px,
@@ -381,7 +389,26 @@ fn options_text(params: &BuildParams) -> String {
         params.hull.target_faces,
         params.textures.views,
         params.textures.size_px,
+        picture_options(&params.textures),
     )
+}
+
+fn picture_options(textures: &TextureParams) -> String {
+    let mut text = format!(
+        "--texture-format {} --texture-quality {} --atlas-size {} --tiles {} --parametrisation {}",
+        textures.format.name(),
+        textures.quality,
+        textures.atlas_px,
+        textures.tiles.name(),
+        textures.parametrisation.name(),
+    );
+    if let Some(bytes) = textures.budget_bytes {
+        text.push_str(&format!(" --texture-bytes {bytes}"));
+    }
+    if !textures.normals {
+        text.push_str(" --no-normals");
+    }
+    text
 }
 
 /// CRC-32 of a mesh's vertex positions and faces, little-endian: whether an asset was made from this mesh.

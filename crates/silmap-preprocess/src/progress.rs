@@ -74,6 +74,13 @@ pub enum PrepWarning {
         /// One sentence on what was left out.
         what: String,
     },
+    /// The pictures have more bytes than asked for, as small as they can be.
+    TexturesOverBudget {
+        /// Bytes asked for.
+        wanted: u64,
+        /// Bytes reached.
+        reached: u64,
+    },
     /// The map could not be simplified to the number of views asked for.
     MapStalled {
         /// Views asked for.
@@ -93,6 +100,12 @@ impl std::fmt::Display for PrepWarning {
                 )
             }
             Self::Repaired { what } | Self::Ignored { what } => f.write_str(what),
+            Self::TexturesOverBudget { wanted, reached } => {
+                write!(
+                    f,
+                    "the textures take {reached} bytes: they cannot be made smaller ({wanted} asked for)"
+                )
+            }
             Self::MapStalled { wanted, reached } => {
                 write!(
                     f,

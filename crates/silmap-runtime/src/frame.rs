@@ -82,6 +82,20 @@ impl Mode {
     }
 }
 
+/// What the hull shows in the modes that paint it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Paint {
+    /// The texture views nearest to the eye, blended so that nothing pops; tiles of the atlas where no view sees the face.
+    #[default]
+    Blended,
+    /// The paper's: the one nearest texture view that sees the face; tiles where none does.
+    Nearest,
+    /// The blended texture views alone; lit where none sees the face.
+    Views,
+    /// The atlas alone, as in any glTF viewer.
+    Tiles,
+}
+
 /// How edges are smoothed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Antialias {
@@ -171,6 +185,8 @@ pub struct FrameParams {
     pub mode: Mode,
     /// How the outline is interpolated.
     pub method: Method,
+    /// What the hull shows.
+    pub paint: Paint,
     /// How edges are smoothed.
     pub antialias: Antialias,
     /// What is behind it.

@@ -1,8 +1,6 @@
-//! The coarse hull on the device, and which picture each of its faces shows in a frame.
+//! The coarse hull on the device with its pictures; [`blend`](crate::blend) says which of them each face shows in a frame.
 //!
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.2.
-//! Deviation: faces that no texture view sees whole take the atlas, which the paper does not have; without an atlas they
-//! are lit.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Vec3};
@@ -10,18 +8,15 @@ use silmap_geometry::{Camera, ColourImage, lighting};
 use silmap_gpu::{Gpu, wgpu};
 use silmap_map::{Asset, CoarseHull, EncodedImage, TextureSet};
 
-use crate::RenderError;
+use crate::blend::{FacePaint, ViewBlender};
 use crate::clip::GrowingBuffer;
 use crate::layouts::{Layouts, bind, columns, filled_buffer, uniform_buffer};
 use crate::model::{upload_picture, write_layer};
-use crate::pipelines::HULL_STRIDE;
+use crate::pipelines::{FACE_PAINT_STRIDE, HULL_STRIDE};
+use crate::{Paint, RenderError};
 
 /// Texture views that a face's visibility bits can name; the length of the array in `shaders/shared/hull.wgsl`.
 const MAX_VIEWS: usize = 64;
-/// The face shows the atlas.
-const ATLAS: u32 = 64;
-/// The face is lit.
-const LIT: u32 = 65;
 
 /// `HullPaint` of `shaders/shared/hull.wgsl`.
 #[repr(C)]
@@ -33,7 +28,7 @@ pub struct HullPaintUniform {
     pub albedo: [f32; 4],
 }
 
-/// A corner as `shared/hull.wgsl` reads it, less the layer.
+/// A corner as `shared/hull.wgsl` reads it, less what its face shows.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct HullCorner {
@@ -44,8 +39,9 @@ struct HullCorner {
 }
 
 const _: () = assert!(
-    size_of::<HullCorner>() as u64 == HULL_STRIDE,
-    "as the pipeline reads it"
+    size_of::<HullCorner>() as u64 == HULL_STRIDE
+        && size_of::<FacePaint>() as u64 == FACE_PAINT_STRIDE,
+    "as the pipeline reads them"
 );
 
 /// The coarse hull on the device.
@@ -56,46 +52,10 @@ pub(crate) struct HullBuffers {
     /// Radius about `origin`.
     pub(crate) radius: f64,
     corners: wgpu::Buffer,
-    layers: GrowingBuffer,
+    face_paints: GrowingBuffer,
     paint: wgpu::BindGroup,
-    chooser: LayerChooser,
-    corner_layers: Vec<u32>,
-}
-
-/// What the choice of each face's picture needs.
-#[derive(Debug, Default)]
-struct LayerChooser {
-    eyes: Vec<DVec3>,
-    visible_views: Vec<u64>,
-    face_count: usize,
-    has_atlas: bool,
-    /// Views by distance from the eye, nearest first.
-    order: Vec<(f64, u32)>,
-}
-
-impl LayerChooser {
-    /// Per face: the nearest texture view that sees it, or what stands in for it.
-    fn choose(&mut self, eye: DVec3, is_painted: bool, mut each: impl FnMut(u32)) {
-        let stand_in = if self.has_atlas { ATLAS } else { LIT };
-        self.order.clear();
-        self.order.extend(
-            self.eyes
-                .iter()
-                .zip(0..)
-                .map(|(e, index)| (e.distance_squared(eye), index)),
-        );
-        self.order
-            .sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for face in 0..self.face_count {
-            let bits = self.visible_views.get(face).copied().unwrap_or(0);
-            let nearest = self.order.iter().find(|(_, view)| bits >> view & 1 == 1);
-            each(if is_painted {
-                nearest.map_or(stand_in, |&(_, view)| view)
-            } else {
-                LIT
-            });
-        }
-    }
+    blender: ViewBlender,
+    corner_paints: Vec<FacePaint>,
 }
 
 impl HullBuffers {
@@ -116,35 +76,44 @@ impl HullBuffers {
                 bytemuck::cast_slice(&corners),
                 wgpu::BufferUsages::VERTEX,
             ),
-            layers: GrowingBuffer::new(gpu, "hull layers", wgpu::BufferUsages::VERTEX),
+            face_paints: GrowingBuffer::new(gpu, "hull face paints", wgpu::BufferUsages::VERTEX),
             paint,
-            chooser: LayerChooser {
-                eyes: textures.views.iter().map(|v| v.camera.eye).collect(),
-                visible_views: textures.visible_views.clone(),
-                face_count: hull.faces.len(),
-                has_atlas: textures.atlas.is_some(),
-                order: Vec::new(),
-            },
-            corner_layers: Vec::new(),
+            blender: blender_of(hull, textures),
+            corner_paints: Vec::new(),
         })
     }
 
-    /// Chooses each face's picture for an eye, or none when the hull is not to be painted.
-    pub(crate) fn choose_layers(&mut self, gpu: &Gpu, eye: DVec3, is_painted: bool) {
-        self.corner_layers.clear();
-        let layers = &mut self.corner_layers;
-        self.chooser
-            .choose(eye, is_painted, |layer| layers.extend([layer; 3]));
-        self.layers.write(gpu, &self.corner_layers);
+    /// Chooses what each face shows to an eye; without `paint` the hull is lit.
+    pub(crate) fn choose_paint(&mut self, gpu: &Gpu, eye: DVec3, paint: Option<Paint>) {
+        self.corner_paints.clear();
+        let corners = &mut self.corner_paints;
+        self.blender
+            .choose(eye, paint, |face| corners.extend([face; 3]));
+        self.face_paints.write(gpu, &self.corner_paints);
     }
 
     /// Draws the hull with its paint bound.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_bind_group(2, &self.paint, &[]);
         pass.set_vertex_buffer(0, self.corners.slice(..));
-        pass.set_vertex_buffer(1, self.layers.slice());
-        pass.draw(0..self.corner_layers.len() as u32, 0..1);
+        pass.set_vertex_buffer(1, self.face_paints.slice());
+        pass.draw(0..self.corner_paints.len() as u32, 0..1);
     }
+}
+
+/// What the choice of pictures needs of a checked hull.
+fn blender_of(hull: &CoarseHull, textures: &TextureSet) -> ViewBlender {
+    let middle = |face: &[u32; 3]| -> DVec3 {
+        let points = face.map(|v| Vec3::from(hull.surface_points[v as usize]).as_dvec3());
+        points.into_iter().sum::<DVec3>() / 3.0
+    };
+    let eyes: Vec<DVec3> = textures.views.iter().map(|v| v.camera.eye).collect();
+    ViewBlender::new(
+        hull.faces.iter().map(middle).collect(),
+        &eyes,
+        &textures.visible_views,
+        textures.atlas.is_some(),
+    )
 }
 
 /// Whether the parts of the hull belong together.
@@ -362,28 +331,6 @@ mod tests {
         let h = texture_from_object(&camera) * point.extend(1.0);
         let uv = h.truncate().truncate() / h.z;
         assert!((uv * camera.size()).distance(camera.image_from_object(point)) < 1e-9);
-    }
-
-    #[test]
-    fn the_nearest_view_that_sees_a_face_is_shown() {
-        let mut chooser = LayerChooser {
-            eyes: vec![DVec3::X, DVec3::Y, DVec3::Z],
-            visible_views: vec![0b111, 0b110, 0b100, 0],
-            face_count: 4,
-            has_atlas: true,
-            order: Vec::new(),
-        };
-        let mut chosen = Vec::new();
-        let eye = DVec3::new(3.0, 2.0, 1.0);
-        chooser.choose(eye, true, |layer| chosen.push(layer));
-        assert_eq!(chosen, [0, 1, 2, ATLAS]);
-        chosen.clear();
-        chooser.has_atlas = false;
-        chooser.choose(-eye, true, |layer| chosen.push(layer));
-        assert_eq!(chosen, [2, 2, 2, LIT]);
-        chosen.clear();
-        chooser.choose(eye, false, |layer| chosen.push(layer));
-        assert_eq!(chosen, [LIT; 4]);
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub struct ViewUniform {
     pub ambient: f32,
     /// Factor on everything.
     pub dim: f32,
+    /// The eye in the space of the geometry; the last place is one.
+    pub eye: [f32; 4],
 }
 
 impl ViewUniform {
@@ -35,6 +37,7 @@ impl ViewUniform {
             size_px: camera.size().as_vec2().to_array(),
             ambient: lighting::AMBIENT,
             dim,
+            eye: (camera.eye - origin).extend(1.0).as_vec4().to_array(),
         }
     }
 }

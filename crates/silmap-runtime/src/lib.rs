@@ -3,7 +3,9 @@
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
 //! 1999, section 8. Lines of the full mesh: Raskar, Cohen. Image Precision Silhouette Edges. I3D 1999.
 
+mod blend;
 mod clip;
+mod colour_difference;
 mod frame;
 mod hull_paint;
 mod image_precision;
@@ -15,9 +17,10 @@ mod pipelines;
 mod renderer;
 mod targets;
 
+pub use colour_difference::ColourDifference;
 pub use frame::{
     Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FanApex, FillRule, FrameParams, Mode,
-    RenderError, RendererOptions,
+    Paint, RenderError, RendererOptions,
 };
 pub use hull_paint::HullPaintUniform;
 pub use image_precision::EdgeLinesUniform;

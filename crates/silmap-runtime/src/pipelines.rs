@@ -173,7 +173,11 @@ pub(crate) const HULL_STRIDE: u64 = 44;
 const HULL_ATTRIBUTES: [wgpu::VertexAttribute; 4] = wgpu::vertex_attr_array![
     0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x2
 ];
-const LAYER_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![4 => Uint32];
+/// What each face shows: three texture views and a stand-in, and their weights.
+pub(crate) const FACE_PAINT_STRIDE: u64 = 12;
+const FACE_PAINT_ATTRIBUTES: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![
+    4 => Uint8x4, 5 => Unorm16x4
+];
 /// Faces one by one: three positions, three normals.
 pub(crate) const SOUP_STRIDE: u64 = 60;
 const SOUP_ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
@@ -241,7 +245,7 @@ impl Draw {
             Self::ModelMask => vec![buffer(MODEL_STRIDE, Vertex, &MODEL_POSITION[..])],
             Self::Hull | Self::HullDepth | Self::HullCovered => vec![
                 buffer(HULL_STRIDE, Vertex, &HULL_ATTRIBUTES[..]),
-                buffer(4, Vertex, &LAYER_ATTRIBUTE[..]),
+                buffer(FACE_PAINT_STRIDE, Vertex, &FACE_PAINT_ATTRIBUTES[..]),
             ],
             Self::Fans => vec![buffer(8, Vertex, &POINT_ATTRIBUTE[..])],
             Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => {

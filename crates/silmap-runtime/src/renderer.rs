@@ -379,11 +379,12 @@ impl Renderer {
         match (params.mode, &mut self.hull, &self.model) {
             (Mode::Original, _, Some(model)) => frame.original(model, params.antialias),
             (Mode::Coarse | Mode::Textured, Some(hull), _) => {
-                hull.choose_layers(gpu, params.camera.eye, params.mode == Mode::Textured);
+                let paint = Some(params.paint).filter(|_| params.mode == Mode::Textured);
+                hull.choose_paint(gpu, params.camera.eye, paint);
                 frame.whole_hull(hull, params.antialias);
             }
             (Mode::Clipped | Mode::Exact, Some(hull), _) => {
-                hull.choose_layers(gpu, params.camera.eye, true);
+                hull.choose_paint(gpu, params.camera.eye, Some(params.paint));
                 match params.antialias {
                     Antialias::Soft => frame.softly_clipped(hull),
                     Antialias::None => frame.clipped(hull, 1),

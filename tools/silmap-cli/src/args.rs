@@ -12,12 +12,13 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap, ViewContour};
 use silmap_preprocess::hull::Tightening;
+use silmap_preprocess::texture::{Parametrisation, PictureFormat, TileSizes};
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
 
 use crate::values::{
-    Backdrop, Length, Share, Size, parse_backdrop, parse_length, parse_point, parse_positive,
-    parse_share, parse_size,
+    Backdrop, Length, Share, Size, parse_backdrop, parse_bytes, parse_length, parse_point,
+    parse_positive, parse_share, parse_size,
 };
 
 /// A coarse textured hull that wears the outline of the full mesh.
@@ -183,7 +184,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 13] = [
+const FROM_CONFLICTS: [&str; 20] = [
     "model",
     "views",
     "method",
@@ -194,10 +195,74 @@ const FROM_CONFLICTS: [&str; 13] = [
     "faces",
     "texture_views",
     "texture_size",
+    "texture_format",
+    "texture_quality",
+    "texture_bytes",
+    "atlas_size",
+    "tiles",
+    "parametrisation",
+    "no_normals",
     "close_holes",
     "repair",
     "backend",
 ];
+
+/// What pictures are stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PictureFormatArg {
+    /// JPEG, or PNG where that is no larger
+    Jpeg,
+    /// PNG: nothing is lost
+    Png,
+    /// WebP for the projected pictures; the atlas stays JPEG, which every glTF viewer reads
+    Webp,
+}
+
+impl From<PictureFormatArg> for PictureFormat {
+    fn from(format: PictureFormatArg) -> Self {
+        match format {
+            PictureFormatArg::Jpeg => Self::Jpeg,
+            PictureFormatArg::Png => Self::Png,
+            PictureFormatArg::Webp => Self::Webp,
+        }
+    }
+}
+
+/// How large the tiles of the atlas are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TilesArg {
+    /// All the same
+    Fixed,
+    /// Larger for larger faces, by powers of two
+    Adaptive,
+}
+
+impl From<TilesArg> for TileSizes {
+    fn from(tiles: TilesArg) -> Self {
+        match tiles {
+            TilesArg::Fixed => Self::Fixed,
+            TilesArg::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
+/// Which point of the model a point of the hull shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ParametrisationArg {
+    /// The one along the hull's interpolated normal
+    NormalShooting,
+    /// The nearest one, to compare with: it jumps where the model is hollow
+    ClosestPoint,
+}
+
+impl From<ParametrisationArg> for Parametrisation {
+    fn from(how: ParametrisationArg) -> Self {
+        match how {
+            ParametrisationArg::NormalShooting => Self::NormalShooting,
+            ParametrisationArg::ClosestPoint => Self::ClosestPoint,
+        }
+    }
+}
 
 /// Makes an asset (.glb) out of a mesh.
 ///
@@ -250,8 +315,29 @@ pub(crate) struct BuildArgs {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) texture_views: u32,
     /// Side of those pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
     pub(crate) texture_size: u32,
+    /// What pictures are stored as
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = PictureFormatArg::Jpeg)]
+    pub(crate) texture_format: PictureFormatArg,
+    /// Quality of pictures that lose something
+    #[arg(long, value_name = "1..100", default_value_t = 88, value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) texture_quality: u8,
+    /// Most bytes of all pictures together, such as 400K: quality falls to 60 first, then sides, then quality again
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub(crate) texture_bytes: Option<u64>,
+    /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) atlas_size: u32,
+    /// How large the faces' tiles in the atlas are
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = TilesArg::Adaptive)]
+    pub(crate) tiles: TilesArg,
+    /// Which point of the model a point of the hull shows in the atlas
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ParametrisationArg::NormalShooting)]
+    pub(crate) parametrisation: ParametrisationArg,
+    /// Leave out the atlas's normals, which viewers that light the model themselves use
+    #[arg(long)]
+    pub(crate) no_normals: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// What draws the captured views
@@ -304,6 +390,19 @@ pub(crate) enum ModeArg {
     EdgesCharcoal,
 }
 
+/// What the hull shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PaintArg {
+    /// The texture views nearest to the eye, blended; tiles of the atlas where no view sees a face
+    Blended,
+    /// The one nearest view that sees a face, as in the paper; tiles where none does
+    Nearest,
+    /// The blended texture views alone
+    Views,
+    /// The atlas alone, as in any glTF viewer
+    Tiles,
+}
+
 /// How the outline is smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AntialiasArg {
@@ -337,6 +436,9 @@ pub(crate) struct RenderArgs {
     /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
     #[arg(long, value_name = "WHICH", value_enum)]
     pub(crate) method: Option<MethodArg>,
+    /// What the hull shows in the modes textured and clipped
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = PaintArg::Blended)]
+    pub(crate) paint: PaintArg,
     /// How the outline is smoothed
     #[arg(long, value_name = "HOW", value_enum, default_value_t = AntialiasArg::Soft)]
     pub(crate) antialias: AntialiasArg,
@@ -448,6 +550,10 @@ pub(crate) struct EvaluateArgs {
     /// How silhouettes are interpolated [default: every method]
     #[arg(long, value_name = "WHICH", value_enum)]
     pub(crate) method: Option<MethodArg>,
+    /// Measure the textures too: the colours inside the outline at K viewpoints on the view sphere, which needs a graphics adapter, and
+    /// how often the atlas's parametrisation jumps, beside the other one
+    #[arg(long, value_name = "K", num_args = 0..=1, default_missing_value = "8", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) textures: Option<u32>,
     /// Where the viewpoints are
     #[arg(long = "where", value_name = "WHERE", value_enum, default_value_t = WhereArg::Polytope)]
     pub(crate) placement: WhereArg,

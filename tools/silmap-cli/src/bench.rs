@@ -12,7 +12,7 @@ use silmap_gpu::{FrameTimer, Gpu, wait_for, wgpu};
 use silmap_map::asset::AssetSizes;
 use silmap_map::{Asset, Interpolation, Method, Scratch};
 use silmap_runtime::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
 };
 
 use crate::exact_shape::ExactShape;
@@ -143,6 +143,7 @@ fn params(camera: Camera, mode: Mode, method: Method, antialias: Antialias) -> F
         camera,
         mode,
         method,
+        paint: Paint::default(),
         antialias,
         background: Background::Transparent,
         edges: EdgeParams::default(),

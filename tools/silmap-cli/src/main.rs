@@ -15,6 +15,7 @@ mod pictures;
 mod progress;
 mod strip;
 mod subdivide;
+mod texture_errors;
 mod values;
 
 use std::process::ExitCode;

@@ -1,10 +1,12 @@
 //! Measuring everything that a report shows about an asset: errors in all places and directions, the worst viewpoints, how long
 //! outlines take, the polytope at some view counts.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use glam::DVec3;
 use silmap_geometry::{Bounds, Camera, TriangleMesh};
+use silmap_gpu::Gpu;
 use silmap_map::{Asset, Interpolation, Method, Scratch, SilhouetteMap, Transfer, asset};
 use silmap_preprocess::Monitor;
 use silmap_preprocess::capture::view_sphere;
@@ -14,11 +16,13 @@ use silmap_preprocess::evaluate::{
     spread_viewpoints, summarise,
 };
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
+use silmap_preprocess::texture;
 use silmap_report::{
-    Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
-    PolytopeLevel, Report, WorstView,
+    ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
+    PolytopeLevel, Report, TextureFigures, WorstView,
 };
 
+use crate::texture_errors::{TextureErrorParams, colour_errors, discontinuities_per_1000};
 use crate::{interrupt, machine};
 
 /// How much is measured.
@@ -51,6 +55,9 @@ impl Default for MeasureParams {
     }
 }
 
+/// Viewpoints at which colours are compared.
+const COLOUR_VIEWPOINTS: u32 = 8;
+
 /// The places, and where that is.
 const PLACES: [(Place, &str); 3] = [
     (
@@ -61,7 +68,8 @@ const PLACES: [(Place, &str); 3] = [
     (Place::Shell, "at distances of 1.5 to 10 radii, log-uniform"),
 ];
 
-/// Measures an asset whose file has these bytes. The report has no pictures, build times or notes yet.
+/// Measures an asset whose file has these bytes; colours only where there is a graphics adapter. The report has no pictures,
+/// build times or notes yet.
 ///
 /// # Errors
 /// When interrupted, or the map is broken.
@@ -69,7 +77,7 @@ pub(crate) fn measure<'a>(
     asset: &'a Asset,
     bytes: &[u8],
     model: &'a TriangleMesh,
-    params: &MeasureParams,
+    (params, gpu): (&MeasureParams, Option<&Gpu>),
     monitor: &Monitor<'_>,
 ) -> anyhow::Result<Report<'a>> {
     let started = Instant::now();
@@ -84,6 +92,7 @@ pub(crate) fn measure<'a>(
         .collect::<Result<Vec<_>, _>>()?;
     let directions = direction_errors(map, model, params, monitor)?;
     let worst = worst_views(map, model, places.first(), params)?;
+    let textures = texture_figures(asset, model, params, gpu)?;
     Ok(Report {
         title: format!("Outline of {}", asset.record.name),
         asset,
@@ -96,6 +105,7 @@ pub(crate) fn measure<'a>(
         places,
         directions,
         worst,
+        textures: Some(textures),
         contour_times,
         comparison: None,
         conditions: Conditions {
@@ -353,6 +363,48 @@ fn captured_polytope(map: &SilhouetteMap, count: u32) -> Option<(Vec<DVec3>, Vec
     let eyes: Vec<DVec3> = cameras.iter().map(|c| c.eye).collect();
     let triangles = triangulate_view_sphere(map.center, &eyes).ok()?;
     Some((eyes, triangles))
+}
+
+/// How well the hull is painted; without a graphics adapter colours are not compared.
+fn texture_figures(
+    asset: &Asset,
+    model: &TriangleMesh,
+    params: &MeasureParams,
+    gpu: Option<&Gpu>,
+) -> anyhow::Result<TextureFigures> {
+    let found = texture::report(&asset.hull, &asset.textures, asset.map.radius);
+    let colour_params = TextureErrorParams {
+        viewpoints: COLOUR_VIEWPOINTS,
+        seed: params.seed,
+        size_px: params.resolution_px,
+    };
+    let colours = match gpu {
+        Some(gpu) => colour_errors(gpu, asset, model, &colour_params)?,
+        None => BTreeMap::new(),
+    };
+    Ok(TextureFigures {
+        views: found.views,
+        seen_share: found.seen_share,
+        atlas_share: found.atlas_share,
+        merit: found.merit,
+        views_per_face: found.views_per_face,
+        view_texels_per_radius: found.view_texels_per_radius,
+        atlas_texels_per_radius: found.atlas_texels_per_radius,
+        bytes: found.bytes,
+        discontinuities: discontinuities_per_1000(asset, model)
+            .into_iter()
+            .map(|(name, jumps)| (name.to_owned(), jumps))
+            .collect(),
+        viewpoints: colour_params.viewpoints,
+        colours: colours
+            .into_iter()
+            .map(|(paint, errors)| ColourRow {
+                paint: paint.to_owned(),
+                mean: errors.mean,
+                worst: errors.worst_viewpoint,
+            })
+            .collect(),
+    })
 }
 
 fn byte_rows(sizes: &asset::AssetSizes) -> Vec<(String, u64)> {

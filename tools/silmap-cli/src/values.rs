@@ -50,6 +50,25 @@ pub(crate) enum Backdrop {
     Colour([u8; 3]),
 }
 
+/// A number of bytes, with K or M for 1024 or 1024² of them.
+pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
+    let (number, unit) = match text.strip_suffix(['k', 'K']) {
+        Some(number) => (number, 1024),
+        None => match text.strip_suffix('M') {
+            Some(number) => (number, 1024 * 1024),
+            None => (text, 1),
+        },
+    };
+    let bytes = number
+        .trim()
+        .parse::<u64>()
+        .ok()
+        .and_then(|n| n.checked_mul(unit));
+    bytes
+        .filter(|&n| n > 0)
+        .ok_or_else(|| format!("`{text}` is no number of bytes, such as 400000, 400K or 2M"))
+}
+
 /// Three numbers with commas between. `nan` and `inf` are numbers here: what needs a finite one says so.
 pub(crate) fn parse_point(text: &str) -> Result<DVec3, String> {
     let numbers: Vec<f64> = text

@@ -16,7 +16,14 @@ use serde_json::Value;
 fn a_simplified_model_keeps_the_silhouettes_that_are_asked_for() {
     let folder = scratch("simplify");
     let [model, eyes, out] = ["knot.obj", "eyes.txt", "simple.ply"].map(|n| folder.join(n));
-    let ended = run(&["generate", "trefoil-knot", "--faces", "20000", "-o", path(&model)]);
+    let ended = run(&[
+        "generate",
+        "trefoil-knot",
+        "--faces",
+        "20000",
+        "-o",
+        path(&model),
+    ]);
     assert_eq!(ended.code, 0, "{}", ended.err);
     fs::write(&eyes, "# a path\n\n0,0,5\n 0.5, 0, 5\n").unwrap();
     let to = ["--faces", "1500", "-o", path(&out), "--json"];

@@ -142,6 +142,11 @@ fn build_and_inspect_say_what_scripts_read() {
             "kept",
             "hull_faces",
             "volume_ratio",
+            "textures.seen_share",
+            "textures.atlas_share",
+            "textures.view_texels_per_radius",
+            "textures.atlas_texels_per_radius",
+            "textures.picture_bytes",
             "error.misclassified_mean",
             "error.misclassified_max",
             "warnings",
@@ -178,6 +183,8 @@ fn build_and_inspect_say_what_scripts_read() {
             "textures.size",
             "textures.atlas_size",
             "textures.bytes",
+            "textures.merit",
+            "textures.atlas_share",
             "bytes",
             "views.0.eye",
             "views.0.contour_vertices",
@@ -373,6 +380,35 @@ fn a_contour_is_also_a_drawing_and_a_mask() {
     let white = mask.pixels().filter(|p| p.0[0] == 255).count();
     assert!((300..4000).contains(&white), "{white} pixels are inside");
     assert_eq!(mask.get_pixel(0, 0).0[0], 0);
+}
+
+#[test]
+fn evaluate_measures_textures() {
+    let made = fixture();
+    let mut arguments = vec!["evaluate", path(&made.asset), "--model", path(&made.model)];
+    arguments.extend(["--viewpoints", "1", "--resolution", "96", "--textures", "2"]);
+    arguments.push("--json");
+    let ended = run(&arguments);
+    // Without a graphics adapter it says so.
+    if ended.code == 3 {
+        return;
+    }
+    let found: Value = serde_json::from_str(&ended.out).unwrap();
+    let textures = &found["textures"];
+    assert_eq!(textures["viewpoints"], 2);
+    for paint in ["blended", "nearest", "views", "tiles"] {
+        let errors = &textures["colour_difference"][paint];
+        let [mean, worst] =
+            ["largest_channel", "worst_viewpoint"].map(|name| errors[name].as_f64().unwrap());
+        assert!(
+            0.0 < mean && mean <= worst && worst < 60.0,
+            "{paint}: {errors}"
+        );
+    }
+    for how in ["normal-shooting", "closest-point"] {
+        let jumps = textures["discontinuities_per_1000"][how].as_f64();
+        assert!(jumps.is_some_and(|j| (0.0..200.0).contains(&j)), "{how}");
+    }
 }
 
 #[test]

@@ -17,6 +17,7 @@ mod palette;
 mod png;
 mod polytope_picture;
 mod scale;
+mod texture_section;
 
 use glam::DVec3;
 use silmap_geometry::{Camera, ColourImage, Mask, TriangleMesh};
@@ -50,6 +51,8 @@ pub struct Report<'a> {
     pub directions: Vec<DirectionErrors>,
     /// The viewpoints with the largest errors.
     pub worst: Vec<WorstView>,
+    /// How well the hull is painted, where it was measured.
+    pub textures: Option<TextureFigures>,
     /// How long an outline takes.
     pub contour_times: Vec<ContourTime>,
     /// Exact extraction beside it, where it was measured.
@@ -137,6 +140,44 @@ pub struct WorstView {
     pub truth: Mask,
     /// The pixels inside the interpolated outline.
     pub predicted: Mask,
+}
+
+/// How well the hull is painted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureFigures {
+    /// Texture views.
+    pub views: u32,
+    /// Share of the hull's area that some view sees.
+    pub seen_share: f64,
+    /// Share of the hull's area that falls to the atlas.
+    pub atlas_share: f64,
+    /// Σ area × cosine over Σ area, each face with the view that sees it most squarely.
+    pub merit: f64,
+    /// Views that see a face, on average over the area.
+    pub views_per_face: f64,
+    /// Texels of the views along the model's bounding radius.
+    pub view_texels_per_radius: f64,
+    /// The same of the atlas.
+    pub atlas_texels_per_radius: f64,
+    /// Bytes of all pictures.
+    pub bytes: u64,
+    /// Parametrisations, and how many of 1,000 texels of the atlas are beside a jump of each.
+    pub discontinuities: Vec<(String, f64)>,
+    /// Eyes that colours were compared at.
+    pub viewpoints: u32,
+    /// Differences from the full mesh; empty where there was nothing to draw with.
+    pub colours: Vec<ColourRow>,
+}
+
+/// How far the colours are from the full mesh's with one way of painting, in steps of 255.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ColourRow {
+    /// What the hull shows.
+    pub paint: String,
+    /// Mean of red, green and blue over all eyes.
+    pub mean: [f64; 3],
+    /// The largest channel's at the worst eye.
+    pub worst: f64,
 }
 
 /// How long one method takes for an outline.

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::{ErrorSample, MethodErrors, PlaceErrors, Report};
+use crate::{ErrorSample, MethodErrors, PlaceErrors, Report, TextureFigures};
 
 /// The numbers as one object.
 pub(crate) fn numbers(report: &Report<'_>) -> Value {
@@ -61,6 +61,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "worst": report.worst.iter().map(|w| sample(&w.sample)).collect::<Vec<_>>(),
+        "textures": report.textures.as_ref().map(textures),
         "seconds": {
             "build": by_name(&report.seconds),
             "contour": report.contour_times.iter().map(|t| (t.method.clone(), json!({
@@ -79,6 +80,27 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             "seed": report.conditions.seed,
         },
         "notes": report.notes,
+    })
+}
+
+/// With the names that `silmap inspect` and `evaluate` have.
+fn textures(figures: &TextureFigures) -> Value {
+    json!({
+        "views": figures.views,
+        "seen_share": figures.seen_share,
+        "atlas_share": figures.atlas_share,
+        "merit": figures.merit,
+        "views_per_face": figures.views_per_face,
+        "view_texels_per_radius": figures.view_texels_per_radius,
+        "atlas_texels_per_radius": figures.atlas_texels_per_radius,
+        "picture_bytes": figures.bytes,
+        "discontinuities_per_1000": by_name(&figures.discontinuities),
+        "viewpoints": figures.viewpoints,
+        "colour_difference": figures.colours.iter().map(|row| (row.paint.clone(), json!({
+            "mean": row.mean,
+            "largest_channel": row.mean.into_iter().fold(0.0, f64::max),
+            "worst_viewpoint": row.worst,
+        }))).collect::<Map<_, _>>(),
     })
 }
 

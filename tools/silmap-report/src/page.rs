@@ -10,6 +10,7 @@ use crate::direction_map::{direction_map, shared_scale};
 use crate::epipolar_picture::epipolar_pictures;
 use crate::numbers::contour_counts;
 use crate::polytope_picture::polytope_picture;
+use crate::texture_section::textures;
 use crate::{
     ErrorSample, MethodErrors, Picture, PictureRow, PlaceErrors, Report, WorstView, charts,
     comparison, palette, png,
@@ -46,6 +47,7 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                     (worst(report))
                     (polytopes(report))
                     (inside(report))
+                    @if let Some(figures) = &report.textures { (textures(figures)) }
                     (sizes(report))
                     (times(report))
                     @if let Some(comparison) = &report.comparison { (comparison::section(comparison)) }

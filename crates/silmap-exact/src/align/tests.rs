@@ -76,7 +76,7 @@ fn a_mask_is_enough() {
     let mesh = crooked();
     let truth = camera(&mesh, DVec3::new(1.0, 0.8, 0.3));
     let mut mask = Mask::new(SIZE.0, SIZE.1);
-    fill_non_zero(&outline_of(&mesh, &truth), &mut mask);
+    fill_non_zero(outline_of(&mesh, &truth), &mut mask);
     // The sides of pixels, as a tracer would follow them.
     let loops = pixel_sides(&mask);
     let start = beside(&truth, &mesh, 3);

@@ -20,6 +20,13 @@ pub(super) const FLOAT: u32 = 5126;
 const ARRAY_BUFFER: u32 = 34_962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 
+/// A type of picture that glTF itself does not know, and the extension that allows it.
+pub(super) const WEBP: &str = "image/webp";
+const WEBP_EXTENSION: &str = "EXT_texture_webp";
+
+/// Says that the light is in the colours already.
+const UNLIT_EXTENSION: &str = "KHR_materials_unlit";
+
 /// Sampler numbers of glTF: no mipmaps, because neighbouring tiles of the atlas would run into each other.
 const LINEAR: u32 = 9729;
 const CLAMP_TO_EDGE: u32 = 33_071;
@@ -124,6 +131,8 @@ pub(super) struct TexturePart {
 #[serde(rename_all = "camelCase")]
 pub(super) struct AtlasPart {
     pub(super) image: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) normals: Option<usize>,
     pub(super) size: [u32; 2],
 }
 
@@ -162,11 +171,14 @@ pub(super) struct Document {
     images: Vec<Value>,
     primitive: Value,
     atlas_image: Option<usize>,
+    normal_image: Option<usize>,
+    has_webp: bool,
 }
 
 impl Document {
     pub(super) fn push_image(&mut self, image: &EncodedImage, name: &str) -> usize {
         let view = self.buffers.push(&image.bytes);
+        self.has_webp |= image.mime_type == WEBP;
         self.images.push(json!({
             "bufferView": view,
             "mimeType": image.mime_type,
@@ -224,8 +236,8 @@ impl Document {
         self.accessors.len() - 1
     }
 
-    /// The hull's arrays as the document's one mesh, with image `atlas` as its unlit base colour.
-    pub(super) fn set_mesh(&mut self, arrays: &HullArrays, atlas: Option<usize>) {
+    /// The hull's arrays as the document's one mesh, with these images as its unlit base colour and its normals.
+    pub(super) fn set_mesh(&mut self, arrays: &HullArrays, atlas: Option<&AtlasPart>) {
         let indices = self.push_indices(&arrays.indices, arrays.positions.len());
         let positions = self.push_floats(&arrays.positions, true);
         let normals = self.push_floats(&arrays.normals, false);
@@ -233,12 +245,16 @@ impl Document {
         if !arrays.uvs.is_empty() {
             attributes["TEXCOORD_0"] = self.push_floats(&arrays.uvs, false).into();
         }
+        if !arrays.tangents.is_empty() {
+            attributes["TANGENT"] = self.push_floats(&arrays.tangents, false).into();
+        }
         self.primitive = json!({
             "attributes": attributes,
             "indices": indices,
             "material": 0,
         });
-        self.atlas_image = atlas;
+        self.atlas_image = atlas.map(|a| a.image);
+        self.normal_image = atlas.and_then(|a| a.normals);
     }
 
     /// The JSON text of the whole document with a buffer of that many bytes. The extension's checksum is still blank.
@@ -253,11 +269,20 @@ impl Document {
             "accessors": self.accessors,
             "bufferViews": self.buffers.views,
             "buffers": [{ "byteLength": buffer_bytes }],
-            "extensionsUsed": [EXTENSION_NAME],
             "extensions": { EXTENSION_NAME: extension },
         });
+        let mut extensions = vec![EXTENSION_NAME];
+        if self.has_webp {
+            extensions.push(WEBP_EXTENSION);
+        }
         if let Some(image) = self.atlas_image {
-            root["textures"] = json!([{ "source": image, "sampler": 0 }]);
+            let mut textures = vec![json!({ "source": image, "sampler": 0 })];
+            let mut material = json!({ "name": "atlas", "extensions": { UNLIT_EXTENSION: {} } });
+            if let Some(normals) = self.normal_image {
+                textures.push(json!({ "source": normals, "sampler": 0 }));
+                material["normalTexture"] = json!({ "index": 1 });
+            }
+            root["textures"] = textures.into();
             root["samplers"] = json!([{
                 "magFilter": LINEAR,
                 "minFilter": LINEAR,
@@ -265,16 +290,13 @@ impl Document {
                 "wrapT": CLAMP_TO_EDGE,
             }]);
             surface["baseColorTexture"] = json!({ "index": 0 });
-            // The light is in the pictures already.
-            root["materials"] = json!([{
-                "name": "atlas",
-                "pbrMetallicRoughness": surface,
-                "extensions": { "KHR_materials_unlit": {} },
-            }]);
-            root["extensionsUsed"] = json!([EXTENSION_NAME, "KHR_materials_unlit"]);
+            material["pbrMetallicRoughness"] = surface;
+            root["materials"] = json!([material]);
+            extensions.push(UNLIT_EXTENSION);
         } else {
             root["materials"] = json!([{ "name": "plain", "pbrMetallicRoughness": surface }]);
         }
+        root["extensionsUsed"] = json!(extensions);
         if !self.images.is_empty() {
             root["images"] = self.images.into();
         }

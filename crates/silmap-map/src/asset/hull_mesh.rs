@@ -5,16 +5,16 @@
 
 use std::collections::HashMap;
 
-use glam::DVec3;
-use silmap_geometry::TriangleMesh;
-
 use super::packing::{Decoder, Encoder};
-use super::{AssetError, Atlas, CoarseHull};
+use super::{AssetError, Atlas, CoarseHull, TangentFrames};
 
 /// Per face and corner: texture coordinates.
 type CornerUvs = Vec<[[f32; 2]; 3]>;
 
 const PART: &str = "hull vertices";
+
+/// The tangent of a vertex that no face uses.
+const NO_TANGENT: [f32; 4] = [1.0, 0.0, 0.0, 1.0];
 
 /// The arrays of the glTF mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,40 +25,48 @@ pub(super) struct HullArrays {
     pub(super) normals: Vec<[f32; 3]>,
     /// Empty without an atlas.
     pub(super) uvs: Vec<[f32; 2]>,
+    /// Empty without an atlas of normals.
+    pub(super) tangents: Vec<[f32; 4]>,
     /// Three glTF vertices a face.
     pub(super) indices: Vec<u32>,
 }
 
-/// Gives every pair of a hull vertex and a texture coordinate a vertex of its own, in order of first use; hull vertices that
-/// no face uses come last.
+/// Gives every hull vertex with a texture coordinate, and a tangent where the atlas has normals, a vertex of its own, in order of
+/// first use; hull vertices that no face uses come last.
 pub(super) fn unweld(hull: &CoarseHull, atlas: Option<&Atlas>) -> Result<HullArrays, AssetError> {
     check(hull, atlas)?;
-    let normals = smooth_normals(hull);
+    let has_normals = atlas.is_some_and(|a| a.normals.is_some());
+    let corner_uvs = atlas.map_or(&[][..], |a| &a.corner_uvs);
+    let frames = TangentFrames::new(hull, if has_normals { corner_uvs } else { &[] });
     let mut arrays = HullArrays::default();
-    let mut made: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
+    let mut made: HashMap<(u32, [u32; 2], [u32; 4]), u32> = HashMap::new();
     let mut is_used = vec![false; hull.positions.len()];
-    let emit = |arrays: &mut HullArrays, vertex: u32, uv: [f32; 2]| {
+    let emit = |arrays: &mut HullArrays, vertex: u32, uv: [f32; 2], tangent: [f32; 4]| {
         let index = arrays.positions.len() as u32;
         arrays.hull_vertices.push(vertex);
         arrays.positions.push(hull.positions[vertex as usize]);
-        arrays.normals.push(normals[vertex as usize]);
+        arrays.normals.push(frames.normals[vertex as usize]);
         if atlas.is_some() {
             arrays.uvs.push(uv);
+        }
+        if has_normals {
+            arrays.tangents.push(tangent);
         }
         index
     };
     for (f, face) in hull.faces.iter().enumerate() {
         for (corner, &vertex) in face.iter().enumerate() {
             let uv = atlas.map_or([0.0; 2], |a| a.corner_uvs[f][corner]);
+            let tangent = frames.tangents.get(f).map_or(NO_TANGENT, |t| t[corner]);
             let index = *made
-                .entry((vertex, uv.map(f32::to_bits)))
-                .or_insert_with(|| emit(&mut arrays, vertex, uv));
+                .entry((vertex, uv.map(f32::to_bits), tangent.map(f32::to_bits)))
+                .or_insert_with(|| emit(&mut arrays, vertex, uv, tangent));
             arrays.indices.push(index);
             is_used[vertex as usize] = true;
         }
     }
     for vertex in (0..hull.positions.len()).filter(|&v| !is_used[v]) {
-        emit(&mut arrays, vertex as u32, [0.0; 2]);
+        emit(&mut arrays, vertex as u32, [0.0; 2], NO_TANGENT);
     }
     Ok(arrays)
 }
@@ -116,23 +124,6 @@ fn check_finite(numbers: &[f32]) -> Result<(), AssetError> {
             limit: f32::MAX.into(),
         }),
     }
-}
-
-/// Unit normals at the hull's vertices; +Z where the faces around give none, because glTF allows no zero.
-fn smooth_normals(hull: &CoarseHull) -> Vec<[f32; 3]> {
-    let mesh = TriangleMesh {
-        positions: hull
-            .positions
-            .iter()
-            .map(|p| DVec3::from_array(p.map(f64::from)))
-            .collect(),
-        faces: hull.faces.clone(),
-        ..TriangleMesh::default()
-    };
-    mesh.vertex_normals()
-        .iter()
-        .map(|n| n.try_normalize().unwrap_or(DVec3::Z).as_vec3().to_array())
-        .collect()
 }
 
 /// Which hull vertex each glTF vertex is, and P(v).

@@ -1,7 +1,7 @@
 //! The asset: everything a picture is made from, in memory and as a `.glb`.
 //!
 //! On disk it is a standard binary glTF 2.0 file: the coarse hull, unwelded at the atlas's seams, with the atlas as base
-//! colour. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
+//! colour and, where they were baked, its normals. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
 //! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
 //! (contours of less detail), [`order`] (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
@@ -18,6 +18,7 @@ mod packing;
 mod paint;
 mod read;
 mod silhouettes;
+mod tangents;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -31,6 +32,7 @@ pub use document::{EXTENSION_NAME, FORMAT_VERSION};
 pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
 pub use read::{read, sizes};
 pub use silhouettes::{DEPTH_STEPS_PER_RADIUS, POINT_STEPS_PER_PX, quantise};
+pub use tangents::TangentFrames;
 pub use write::write;
 
 /// Most texture views an asset may have: one bit each in a face's visibility word.
@@ -39,7 +41,7 @@ pub const MAX_TEXTURE_VIEWS: usize = 64;
 /// An image file in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EncodedImage {
-    /// `image/png` or `image/jpeg`.
+    /// `image/png`, `image/jpeg` or `image/webp`.
     pub mime_type: String,
     /// The file's bytes.
     pub bytes: Vec<u8>,
@@ -70,8 +72,11 @@ pub struct TextureView {
 /// One texture for the whole hull, for viewers that know nothing of silhouettes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atlas {
-    /// The picture, sRGB.
+    /// The picture, sRGB; PNG or JPEG.
     pub image: EncodedImage,
+    /// The original's normals, in the frames of [`TangentFrames`], for viewers that light the model; PNG or JPEG, of the
+    /// picture's size.
+    pub normals: Option<EncodedImage>,
     /// Columns and rows of the picture.
     pub size_px: [u32; 2],
     /// Per face and corner: texture coordinates, u right and v down from the top-left.
@@ -280,8 +285,10 @@ pub enum AssetError {
         /// What is wrong with it.
         reason: &'static str,
     },
-    /// A picture is neither PNG nor JPEG, or not what its type says.
-    #[error("the picture {what} is not the PNG or JPEG that its type {mime_type:?} says")]
+    /// A picture is of no type that may be there, or not what its type says.
+    #[error(
+        "the picture {what} is not the PNG, JPEG or (for texture views) WebP that its type {mime_type:?} says"
+    )]
     NotAPicture {
         /// Which picture.
         what: &'static str,

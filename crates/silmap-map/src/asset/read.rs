@@ -11,7 +11,7 @@ use super::document::{
 use super::hull_mesh::{self, HullArrays};
 use super::packing::Decoder;
 use super::silhouettes::MapHeader;
-use super::write::check_picture;
+use super::write::{check_atlas_picture, check_picture};
 use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, TextureSet, TextureView,
 };
@@ -143,7 +143,10 @@ impl<'a> Contents<'a> {
         }
         let atlas = match &textures.atlas {
             Some(part) if corner_uvs.len() == hull.faces.len() => Some(Atlas {
-                image: self.picture(part.image, "of the atlas")?,
+                image: self.atlas_picture(part.image)?,
+                normals: (part.normals)
+                    .map(|image| self.atlas_picture(image))
+                    .transpose()?,
                 size_px: part.size,
                 corner_uvs,
             }),
@@ -290,6 +293,12 @@ impl<'a> Contents<'a> {
             indices: self.indices(primitive.indices)?,
             ..HullArrays::default()
         })
+    }
+
+    fn atlas_picture(&self, index: usize) -> Result<EncodedImage, AssetError> {
+        let picture = self.picture(index, "of the atlas")?;
+        check_atlas_picture(&picture)?;
+        Ok(picture)
     }
 
     fn picture(&self, index: usize, what: &'static str) -> Result<EncodedImage, AssetError> {

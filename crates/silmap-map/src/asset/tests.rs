@@ -209,6 +209,7 @@ prop_compose! {
                 views,
                 atlas: uvs.map(|[u, v]| Atlas {
                     image: picture(true, 7),
+                    normals: (numbers.0 % 2 == 1).then(|| picture(false, 9)),
                     size_px: [64, 32],
                     // Some corners share a coordinate, others do not.
                     corner_uvs: (0..face_count)

@@ -3,7 +3,7 @@
 use super::container::{self, CHECKSUM_BLANK};
 use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
-    TexturePart,
+    TexturePart, WEBP,
 };
 use super::{Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, silhouettes};
 
@@ -11,7 +11,7 @@ use super::{Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, si
 ///
 /// # Errors
 /// When the asset contradicts itself (counts, indices, cameras), has no hull, holds numbers that are not finite or too
-/// large, or pictures that are neither PNG nor JPEG.
+/// large, or pictures that are neither PNG nor JPEG nor, for texture views, WebP.
 pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
     let Asset {
         record,
@@ -24,15 +24,24 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
     let arrays = hull_mesh::unweld(hull, textures.atlas.as_ref())?;
     let atlas = match &textures.atlas {
         Some(atlas) => {
-            check_picture(&atlas.image, "of the atlas")?;
+            check_atlas_picture(&atlas.image)?;
+            let image = document.push_image(&atlas.image, "atlas");
+            let normals = match &atlas.normals {
+                Some(normals) => {
+                    check_atlas_picture(normals)?;
+                    Some(document.push_image(normals, "atlas normals"))
+                }
+                None => None,
+            };
             Some(AtlasPart {
-                image: document.push_image(&atlas.image, "atlas"),
+                image,
+                normals,
                 size: atlas.size_px,
             })
         }
         None => None,
     };
-    document.set_mesh(&arrays, atlas.as_ref().map(|a| a.image));
+    document.set_mesh(&arrays, atlas.as_ref());
     let mut images = Vec::with_capacity(textures.views.len());
     for (v, view) in textures.views.iter().enumerate() {
         check_picture(&view.image, "of a texture view")?;
@@ -95,16 +104,31 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
 
 /// Refuses a picture whose first bytes are not those of its type.
 pub(super) fn check_picture(image: &EncodedImage, what: &'static str) -> Result<(), AssetError> {
-    let signature: &[u8] = match image.mime_type.as_str() {
-        "image/png" => b"\x89PNG\r\n\x1a\n",
-        "image/jpeg" => b"\xff\xd8\xff",
-        _ => b"",
+    let starts_with = |signature: &[u8]| image.bytes.starts_with(signature);
+    let is_right = match image.mime_type.as_str() {
+        "image/png" => starts_with(b"\x89PNG\r\n\x1a\n"),
+        "image/jpeg" => starts_with(b"\xff\xd8\xff"),
+        WEBP => starts_with(b"RIFF") && image.bytes.get(8..12) == Some(b"WEBP"),
+        _ => false,
     };
-    if !signature.is_empty() && image.bytes.starts_with(signature) {
+    if is_right {
         return Ok(());
     }
-    Err(AssetError::NotAPicture {
+    Err(not_a_picture(image, what))
+}
+
+/// Refuses what a plain glTF viewer would not read.
+pub(super) fn check_atlas_picture(image: &EncodedImage) -> Result<(), AssetError> {
+    const WHAT: &str = "of the atlas";
+    if image.mime_type == WEBP {
+        return Err(not_a_picture(image, WHAT));
+    }
+    check_picture(image, WHAT)
+}
+
+fn not_a_picture(image: &EncodedImage, what: &'static str) -> AssetError {
+    AssetError::NotAPicture {
         what,
         mime_type: image.mime_type.clone(),
-    })
+    }
 }

@@ -4,7 +4,7 @@
 //! equally near ones the one drawn first. Depth is kept as its reciprocal, which is linear in the image.
 
 use glam::{DVec2, DVec3};
-use silmap_geometry::Camera;
+use silmap_geometry::{Camera, TriangleMesh};
 
 /// Stands for "no face".
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -31,20 +31,41 @@ pub(super) struct Sample {
     pub(super) image_weights: [f64; 3],
 }
 
+/// A vertex in the image.
+#[derive(Clone, Copy, Debug)]
+struct ImageVertex {
+    place: DVec2,
+    /// Zero or less behind the eye.
+    inverse_depth: f64,
+}
+
+impl ImageVertex {
+    fn project(camera: &Camera, p: DVec3) -> Self {
+        Self {
+            place: camera.image_from_object(p),
+            inverse_depth: camera.depth(p).recip(),
+        }
+    }
+}
+
 impl ImageTriangle {
     /// Projects a triangle; `None` when it faces away, is seen edge-on, or reaches behind the eye.
     pub(super) fn project(camera: &Camera, corners: [DVec3; 3]) -> Option<Self> {
-        let depths = corners.map(|p| camera.depth(p));
+        Self::of_vertices(corners.map(|p| ImageVertex::project(camera, p)))
+    }
+
+    /// The triangle between projected vertices, under the same conditions.
+    fn of_vertices(vertices: [ImageVertex; 3]) -> Option<Self> {
         // The comparison is false for NaN, too.
-        if !depths.iter().all(|&z| z > 0.0) {
+        if !vertices.iter().all(|v| v.inverse_depth > 0.0) {
             return None;
         }
-        let image = corners.map(|p| camera.image_from_object(p));
+        let image = vertices.map(|v| v.place);
         // Image y runs down, so counter-clockwise faces have negative area here; swap its sign.
         let double_area = -(image[1] - image[0]).perp_dot(image[2] - image[0]);
         (double_area > MIN_DOUBLE_AREA_PX2).then_some(Self {
             corners: image,
-            inverse_depths: depths.map(|z| 1.0 / z),
+            inverse_depths: vertices.map(|v| v.inverse_depth),
             double_area,
         })
     }
@@ -106,28 +127,50 @@ impl ItemBuffer {
         face_count: usize,
         corners: impl Fn(usize) -> [DVec3; 3],
     ) -> Self {
+        let mut buffer = Self::empty(camera);
+        for face in 0..face_count {
+            if let Some(triangle) = ImageTriangle::project(camera, corners(face)) {
+                buffer.draw_face(face, &triangle);
+            }
+        }
+        buffer
+    }
+
+    /// Draws the faces of a mesh that look towards the eye; each vertex is projected once.
+    pub(super) fn draw_mesh(camera: &Camera, mesh: &TriangleMesh) -> Self {
+        let project = |&p: &DVec3| ImageVertex::project(camera, p);
+        let vertices: Vec<ImageVertex> = mesh.positions.iter().map(project).collect();
+        let mut buffer = Self::empty(camera);
+        for (face, corners) in mesh.faces.iter().enumerate() {
+            let corners = corners.map(|v| vertices[v as usize]);
+            if let Some(triangle) = ImageTriangle::of_vertices(corners) {
+                buffer.draw_face(face, &triangle);
+            }
+        }
+        buffer
+    }
+
+    fn empty(camera: &Camera) -> Self {
         let pixel_count = camera.width_px as usize * camera.height_px as usize;
-        let mut buffer = Self {
+        Self {
             camera: *camera,
             faces: vec![NOTHING; pixel_count],
             inverse_depths: vec![0.0; pixel_count],
             image_weights: vec![[0.0; 2]; pixel_count],
-        };
-        for face in 0..face_count {
-            let Some(triangle) = ImageTriangle::project(camera, corners(face)) else {
-                continue;
-            };
-            triangle.visit(camera, |sample| {
-                let nearest = &mut buffer.inverse_depths[sample.pixel];
-                if sample.inverse_depth > *nearest {
-                    *nearest = sample.inverse_depth;
-                    buffer.faces[sample.pixel] = face as u32;
-                    let [a, b, _] = sample.image_weights;
-                    buffer.image_weights[sample.pixel] = [a as f32, b as f32];
-                }
-            });
         }
-        buffer
+    }
+
+    fn draw_face(&mut self, face: usize, triangle: &ImageTriangle) {
+        let camera = self.camera;
+        triangle.visit(&camera, |sample| {
+            let nearest = &mut self.inverse_depths[sample.pixel];
+            if sample.inverse_depth > *nearest {
+                *nearest = sample.inverse_depth;
+                self.faces[sample.pixel] = face as u32;
+                let [a, b, _] = sample.image_weights;
+                self.image_weights[sample.pixel] = [a as f32, b as f32];
+            }
+        });
     }
 
     /// The face at a pixel and the weights of its corners in the image, if there is one.

@@ -6,91 +6,39 @@
 //! does not count as seeing it ([`visibility`]).
 
 mod atlas;
+mod encode;
 mod item_buffer;
+mod parametrisation;
+mod params;
 mod picture;
+mod report;
 mod surface;
+mod tiles;
 mod views;
 mod visibility;
 
-use glam::{DVec2, DVec3};
+use std::ops::RangeInclusive;
+
+use glam::DVec2;
 use image::ImageError;
 use rayon::prelude::*;
-use silmap_geometry::{Bvh, Camera, CameraError, ClosedMesh, TriangleMesh};
-use silmap_map::asset::MAX_TEXTURE_VIEWS;
+use silmap_geometry::{Bvh, Camera, CameraError, ClosedMesh};
 use silmap_map::{Atlas, CoarseHull, TextureSet, TextureView};
 use thiserror::Error;
 
 use crate::capture;
 use crate::progress::{Interrupted, Monitor, Stage};
-use atlas::{ShootingFaces, TileLayout};
+use atlas::AtlasBaker;
+use encode::{RawPicture, RawSet};
 use item_buffer::{ImageTriangle, ItemBuffer};
+use parametrisation::Shooter;
+pub use parametrisation::{Discontinuities, discontinuities};
+pub use params::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 use picture::Picture;
+pub use report::{TextureReport, picture_bytes, report};
 use surface::Surface;
+use tiles::TileLayout;
 use visibility::HullFaces;
-
-/// How the hull is painted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextureParams {
-    /// Most texture views to choose; at most [`MAX_TEXTURE_VIEWS`]. The paper takes 20.
-    pub views: u32,
-    /// Side of the texture views' square pictures, pixels.
-    pub size_px: u32,
-    /// Side of the atlas, pixels; it becomes less by rounding, and more when the hull has too many faces for it.
-    pub atlas_px: u32,
-    /// Viewpoints to choose from, spread evenly over the view sphere.
-    pub candidates: u32,
-    /// Distance of the viewpoints from the center, bounding radii.
-    pub distance_rel: f64,
-    /// Quality of JPEG pictures, 1 to 100.
-    pub jpeg_quality: u8,
-}
-
-impl Default for TextureParams {
-    fn default() -> Self {
-        Self {
-            views: 20,
-            size_px: 512,
-            atlas_px: 512,
-            candidates: 200,
-            distance_rel: 3.0,
-            jpeg_quality: 88,
-        }
-    }
-}
-
-/// Sides of pictures that are worth making and can be held while they are drawn in several samples a pixel, pixels.
-const SIZES_PX: std::ops::RangeInclusive<u32> = 16..=2048;
-
-/// Most viewpoints to choose from.
-const MAX_CANDIDATES: u32 = 10_000;
-
-impl TextureParams {
-    /// Checks that the numbers can be worked with.
-    ///
-    /// # Errors
-    /// The first number that is out of range.
-    pub fn validate(&self) -> Result<(), TextureError> {
-        let checks = [
-            ("texture views", self.views, 0..=MAX_TEXTURE_VIEWS as u32),
-            ("pixels of a texture view", self.size_px, SIZES_PX),
-            ("pixels of the atlas", self.atlas_px, SIZES_PX),
-            ("candidate viewpoints", self.candidates, 1..=MAX_CANDIDATES),
-            ("JPEG quality", self.jpeg_quality.into(), 1..=100),
-        ];
-        for (what, value, range) in checks {
-            if !range.contains(&value) {
-                let (low, high) = range.into_inner();
-                return Err(TextureError::Parameter {
-                    what,
-                    value,
-                    low,
-                    high,
-                });
-            }
-        }
-        Ok(())
-    }
-}
 
 /// Why there are no textures.
 #[derive(Debug, Error)]
@@ -120,24 +68,24 @@ pub enum TextureError {
     /// A picture could not be encoded.
     #[error("a picture cannot be encoded: {0}")]
     Encode(#[from] ImageError),
+    /// A picture could not be encoded as WebP.
+    #[error("a picture cannot be encoded as WebP: {0:?}")]
+    Webp(webp::WebPEncodingError),
 }
 
-/// How well a hull is painted.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TextureReport {
-    /// Texture views taken.
-    pub views: u32,
-    /// Σ area × cosine over Σ area, each hull face with the view that sees it most squarely: 1 is head-on everywhere.
-    pub merit: f64,
-    /// Share of the hull's area that no view may paint; it takes the atlas.
-    pub unseen_share: f64,
-    /// Views that may paint a face, on average over the hull's area.
-    pub views_per_face: f64,
-}
+/// Sides of the pictures, as shares of those asked for, that are tried in order when there is a budget.
+const SCALES: [f64; 10] = [1.0, 0.84, 0.71, 0.59, 0.5, 0.42, 0.35, 0.25, 0.18, 0.125];
+
+/// With a budget, pictures become smaller rather than worse than this.
+const LEAST_QUALITY: u8 = 60;
+
+/// Smallest side of a picture, pixels.
+const LEAST_SIDE_PX: u32 = 16;
 
 /// Chooses texture views, takes their pictures, finds which faces each may paint, and bakes the atlas.
 ///
-/// `bvh` is over the original's faces. The result depends on the arguments alone, not on the number of threads.
+/// `bvh` is over the original's faces. The result depends on the arguments alone, not on the number of threads. A budget that
+/// even small pictures of low quality are over is not kept.
 ///
 /// # Errors
 /// When a parameter is out of range, the hull is empty, the viewpoints lie in the model, or the caller asked to stop.
@@ -154,21 +102,64 @@ pub fn bake(
     if hull.faces.is_empty() || corners.any(|&v| v as usize >= vertex_count) {
         return Err(TextureError::NoHull);
     }
-    let layout = TileLayout::new(hull.faces.len(), params.atlas_px);
+    let hull_faces = HullFaces::new(hull);
     let candidates = if params.views == 0 {
         0
     } else {
         params.candidates
     };
+    let layout = TileLayout::new(&hull_faces.areas, params.atlas_px, params.tiles);
     let total = u64::from(candidates + params.views) + u64::from(layout.side());
     monitor.start(Stage::Textures, total);
 
     let surface = Surface::new(original.mesh());
-    let hull_faces = HullFaces::new(hull);
     let chosen = choose(original, &hull_faces, candidates, params, monitor)?;
-    let views = take_pictures(&surface, &chosen, params, monitor)?;
-    let atlas = bake_atlas(original, bvh, hull, &hull_faces, &layout, monitor)?;
+    let model = (&surface, bvh, original.bounds().radius);
+    let mut textures = paint(model, hull, (&hull_faces, &chosen), params, (1.0, monitor))?;
+    if let Some(budget) = params.budget_bytes {
+        // Further rounds were not announced.
+        let quiet = monitor.quiet();
+        for &scale in &SCALES[1..] {
+            if picture_bytes(&textures) <= budget {
+                break;
+            }
+            textures = paint(model, hull, (&hull_faces, &chosen), params, (scale, &quiet))?;
+        }
+    }
     monitor.finish(Stage::Textures);
+    Ok(textures)
+}
+
+/// Takes the pictures of chosen views and bakes the atlas, all of them with sides of that scale.
+fn paint(
+    (surface, bvh, radius): (&Surface<'_>, &Bvh, f64),
+    hull: &CoarseHull,
+    (hull_faces, chosen): (&HullFaces, &[Chosen]),
+    params: &TextureParams,
+    (scale, monitor): (f64, &Monitor<'_>),
+) -> Result<TextureSet, TextureError> {
+    let scaled = |side: u32| ((f64::from(side) * scale).round() as u32).max(LEAST_SIDE_PX);
+    let size_px = scaled(params.size_px);
+    let cameras: Vec<Camera> = (chosen.iter())
+        .map(|view| view.camera.resized((size_px, size_px)))
+        .collect();
+    let layout = TileLayout::new(&hull_faces.areas, scaled(params.atlas_px), params.tiles);
+    let shooter = Shooter::new(hull, (bvh, radius), params.parametrisation);
+    let baker = AtlasBaker::new(&layout, hull, shooter, surface, params.normals);
+    let raw = RawSet {
+        views: take_pictures(surface, &cameras, monitor)?,
+        ..raw_atlas(&baker, monitor)?
+    };
+    let encoded = match params.budget_bytes {
+        None => raw.encode(params.format, params.quality)?,
+        Some(budget) => {
+            let is_last = SCALES.last() == Some(&scale);
+            let least = if is_last { 1 } else { LEAST_QUALITY };
+            let qualities: RangeInclusive<u8> = least.min(params.quality)..=params.quality;
+            raw.encode_within(params.format, qualities, budget)?.0
+        }
+    };
+    let views = cameras.into_iter().zip(encoded.views);
     Ok(TextureSet {
         visible_views: (0..hull.faces.len())
             .map(|face| {
@@ -176,37 +167,18 @@ pub fn bake(
                 chosen.iter().enumerate().map(bit).sum()
             })
             .collect(),
-        views,
-        atlas: Some(atlas),
+        views: views
+            .map(|(camera, image)| TextureView { camera, image })
+            .collect(),
+        atlas: Some(Atlas {
+            image: encoded.atlas,
+            normals: encoded.normals,
+            size_px: [layout.side(); 2],
+            corner_uvs: (0..hull.faces.len())
+                .map(|face| layout.corner_uvs(face))
+                .collect(),
+        }),
     })
-}
-
-/// How well `textures` paint `hull`.
-#[must_use]
-pub fn report(hull: &CoarseHull, textures: &TextureSet) -> TextureReport {
-    let faces = HullFaces::new(hull);
-    let bits = |face: usize| textures.visible_views.get(face).copied().unwrap_or(0);
-    let cosines: Vec<Vec<f64>> = textures
-        .views
-        .iter()
-        .enumerate()
-        .map(|(v, view)| {
-            let paintable: Vec<bool> = (0..faces.len()).map(|f| bits(f) >> v & 1 == 1).collect();
-            views::face_cosines(&faces, &paintable, view.camera.eye)
-        })
-        .collect();
-    let cosines: Vec<&[f64]> = cosines.iter().map(Vec::as_slice).collect();
-    let whole: f64 = faces.areas.iter().sum();
-    let share = |weight: &dyn Fn(usize) -> f64| -> f64 {
-        let sum: f64 = (0..faces.len()).map(|f| faces.areas[f] * weight(f)).sum();
-        if whole > 0.0 { sum / whole } else { 0.0 }
-    };
-    TextureReport {
-        views: textures.views.len() as u32,
-        merit: views::merit(&faces.areas, &cosines),
-        unseen_share: share(&|f| f64::from(u8::from(bits(f) == 0))),
-        views_per_face: share(&|f| f64::from(bits(f).count_ones())),
-    }
 }
 
 /// A view that was chosen.
@@ -214,10 +186,6 @@ struct Chosen {
     camera: Camera,
     /// Per hull face: whether the view may paint it.
     paintable: Vec<bool>,
-}
-
-fn draw_mesh(camera: &Camera, mesh: &TriangleMesh) -> ItemBuffer {
-    ItemBuffer::draw(camera, mesh.faces.len(), |f| mesh.corners(f))
 }
 
 /// Room left around the hull in a picture, as a factor on the half-tangent: two or three pixels for filtering.
@@ -246,6 +214,9 @@ fn fit_to_hull(camera: &Camera, hull: &HullFaces) -> Camera {
     }
 }
 
+/// Views are chosen by pictures this many times smaller than their own.
+const CHOICE_SIZE_DIVISOR: u32 = 2;
+
 fn choose(
     original: &ClosedMesh,
     hull: &HullFaces,
@@ -255,25 +226,30 @@ fn choose(
 ) -> Result<Vec<Chosen>, TextureError> {
     let bounds = original.bounds();
     let distance = params.distance_rel * bounds.radius;
-    let mut seen = capture::view_sphere(bounds, distance, candidates, params.size_px)?
-        .into_par_iter()
+    let look = |camera: Camera| -> Result<Chosen, Interrupted> {
+        monitor.check()?;
+        let buffer = ItemBuffer::draw_mesh(&camera, original.mesh());
+        let paintable = visibility::paintable_faces(hull, &buffer, &camera, bounds.radius);
+        Ok(Chosen { camera, paintable })
+    };
+    // A quick look is enough to choose by; what a view may paint is then found at its own size.
+    let quick_px = (params.size_px / CHOICE_SIZE_DIVISOR).max(LEAST_SIDE_PX);
+    let cameras: Vec<Camera> = capture::view_sphere(bounds, distance, candidates, params.size_px)?
+        .iter()
+        .map(|camera| fit_to_hull(camera, hull))
+        .collect();
+    let cosines = cameras
+        .par_iter()
         .map(|camera| {
-            monitor.check()?;
-            let camera = fit_to_hull(&camera, hull);
-            let buffer = draw_mesh(&camera, original.mesh());
-            let paintable = visibility::paintable_faces(hull, &buffer, &camera, bounds.radius);
+            let seen = look(camera.resized((quick_px, quick_px)))?;
             monitor.advance(Stage::Textures, 1);
-            Ok(Some(Chosen { camera, paintable }))
+            Ok(views::face_cosines(hull, &seen.paintable, camera.eye))
         })
         .collect::<Result<Vec<_>, Interrupted>>()?;
-    let cosines: Vec<Vec<f64>> = seen
-        .iter()
-        .flatten()
-        .map(|view| views::face_cosines(hull, &view.paintable, view.camera.eye))
-        .collect();
     monitor.check()?;
     let chosen = views::choose_views(&hull.areas, &cosines, params.views as usize);
-    Ok(chosen.into_iter().filter_map(|v| seen[v].take()).collect())
+    let whole = chosen.into_par_iter().map(|v| look(cameras[v]));
+    Ok(whole.collect::<Result<_, Interrupted>>()?)
 }
 
 /// Samples along each axis of a pixel of a texture view.
@@ -281,24 +257,28 @@ const PIXEL_SAMPLES: usize = 2;
 
 fn take_pictures(
     surface: &Surface<'_>,
-    chosen: &[Chosen],
-    params: &TextureParams,
+    cameras: &[Camera],
     monitor: &Monitor<'_>,
-) -> Result<Vec<TextureView>, TextureError> {
-    chosen
+) -> Result<Vec<RawPicture>, Interrupted> {
+    cameras
         .par_iter()
-        .map(|view| {
+        .map(|camera| {
             monitor.check()?;
-            let mut picture = take_picture(surface, &view.camera);
+            let mut picture = take_picture(surface, camera);
             picture.fill();
-            let image = picture.to_smallest(params.jpeg_quality)?;
             monitor.advance(Stage::Textures, 1);
-            Ok(TextureView {
-                camera: view.camera,
-                image,
-            })
+            Ok(RawPicture::of_colours(&picture))
         })
         .collect()
+}
+
+fn raw_atlas(baker: &AtlasBaker<'_>, monitor: &Monitor<'_>) -> Result<RawSet, Interrupted> {
+    let pictures = baker.bake(monitor)?;
+    Ok(RawSet {
+        views: Vec::new(),
+        atlas: RawPicture::of_colours(&pictures.colours),
+        normals: pictures.normals.as_ref().map(RawPicture::of_normals),
+    })
 }
 
 /// The shaded original; pixels beside it stay unknown.
@@ -306,7 +286,7 @@ fn take_picture(surface: &Surface<'_>, camera: &Camera) -> Picture {
     let (width, height) = (camera.width_px as usize, camera.height_px as usize);
     let fine_size = (width * PIXEL_SAMPLES, height * PIXEL_SAMPLES);
     let fine_camera = camera.resized((fine_size.0 as u32, fine_size.1 as u32));
-    let buffer = draw_mesh(&fine_camera, surface.mesh);
+    let buffer = ItemBuffer::draw_mesh(&fine_camera, surface.mesh);
     let mut picture = Picture::new(width, height);
     for y in 0..fine_size.1 {
         for x in 0..fine_size.0 {
@@ -317,48 +297,12 @@ fn take_picture(surface: &Surface<'_>, camera: &Camera) -> Picture {
             if let Some(triangle) = ImageTriangle::project(&fine_camera, corners) {
                 let weights = triangle.object_weights(image_weights);
                 let pixel = (y / PIXEL_SAMPLES) * width + x / PIXEL_SAMPLES;
-                picture.add(pixel, surface.colour(face, weights));
+                let normal = surface.normal(face, weights);
+                picture.add(pixel, surface.lit_colour(face, weights, normal));
             }
         }
     }
     picture
-}
-
-fn bake_atlas(
-    original: &ClosedMesh,
-    bvh: &Bvh,
-    hull: &CoarseHull,
-    hull_faces: &HullFaces,
-    layout: &TileLayout,
-    monitor: &Monitor<'_>,
-) -> Result<Atlas, TextureError> {
-    let positions = hull.positions.iter();
-    let mesh = TriangleMesh {
-        positions: positions
-            .map(|p| DVec3::from_array(p.map(f64::from)))
-            .collect(),
-        faces: hull.faces.clone(),
-        ..TriangleMesh::default()
-    };
-    let normals = mesh.vertex_normals();
-    let faces = ShootingFaces {
-        corners: &hull_faces.corners,
-        normals: mesh
-            .faces
-            .iter()
-            .map(|f| f.map(|v| normals[v as usize]))
-            .collect(),
-        radius: original.bounds().radius,
-    };
-    let surface = Surface::new(original.mesh());
-    let picture = atlas::shoot_atlas(layout, &faces, &surface, bvh, monitor)?;
-    Ok(Atlas {
-        image: picture.to_png()?,
-        size_px: [layout.side(); 2],
-        corner_uvs: (0..hull.faces.len())
-            .map(|face| layout.corner_uvs(face))
-            .collect(),
-    })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The original as something that has a colour at every point.
+//! The original as something that has a colour and a normal at every point.
 
 use glam::DVec3;
 use silmap_geometry::{TriangleMesh, lighting};
@@ -18,21 +18,22 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Linear RGB of the lit surface at a point of a face, given by the weights of its corners.
-    pub(super) fn colour(&self, face: usize, weights: [f64; 3]) -> [f32; 3] {
+    /// The unit normal at a point of a face, given by the weights of its corners.
+    pub(super) fn normal(&self, face: usize, weights: [f64; 3]) -> DVec3 {
         let corners = self.mesh.faces[face];
         let normal: DVec3 = (0..3)
             .map(|k| self.normals[corners[k] as usize] * weights[k])
             .sum();
-        let normal = normal
+        normal
             .try_normalize()
             .or_else(|| self.mesh.face_cross(face).try_normalize())
-            .unwrap_or_default();
+            .unwrap_or_default()
+    }
+
+    /// Linear RGB of the surface there under the studio light.
+    pub(super) fn lit_colour(&self, face: usize, weights: [f64; 3], normal: DVec3) -> [f32; 3] {
         let light = lighting::irradiance(normal.as_vec3().to_array());
-        let weights = weights.map(|w| w as f32);
-        self.mesh
-            .appearance
-            .albedo(face, weights)
-            .map(|c| c * light)
+        let albedo = self.mesh.appearance.albedo(face, weights.map(|w| w as f32));
+        albedo.map(|c| c * light)
     }
 }

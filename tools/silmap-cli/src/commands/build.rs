@@ -12,6 +12,7 @@ use silmap_preprocess::capture::Backend;
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::mesh_io::Loaded;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
+use silmap_preprocess::texture;
 
 use crate::args::{BackendArg, BuildArgs, CoverageArg, usage_error};
 use crate::commands::open_gpu;
@@ -28,8 +29,77 @@ struct BuildJson<'a> {
     kept: usize,
     hull_faces: usize,
     volume_ratio: f64,
+    textures: TextureJson,
     error: ErrorJson,
     warnings: Vec<String>,
+}
+
+/// How well the hull is painted; also a part of what `inspect` prints.
+#[derive(Serialize)]
+pub(crate) struct TextureJson {
+    pub(crate) views: u32,
+    /// Side of the texture views, pixels.
+    pub(crate) size: u32,
+    /// Columns and rows of the atlas; null when there is none.
+    atlas_size: Option<[u32; 2]>,
+    /// Whether the atlas has normals.
+    has_normals: bool,
+    /// Bytes of all pictures.
+    picture_bytes: u64,
+    /// Share of the hull's area that some texture view sees.
+    seen_share: f64,
+    /// Share of the hull's area that falls to the atlas.
+    atlas_share: f64,
+    /// Σ area × cosine over Σ area, each face with the view that sees it most squarely.
+    merit: f64,
+    /// Texture views that see a face, on average over the area.
+    views_per_face: f64,
+    /// Texels along the model's bounding radius, on average over the area: of the texture views, and of the atlas.
+    view_texels_per_radius: f64,
+    atlas_texels_per_radius: f64,
+}
+
+impl TextureJson {
+    pub(crate) fn of(asset: &Asset) -> Self {
+        let textures = &asset.textures;
+        let found = texture::report(&asset.hull, textures, asset.map.radius);
+        let atlas = textures.atlas.as_ref();
+        Self {
+            views: found.views,
+            size: textures.views.first().map_or(0, |v| v.camera.width_px),
+            atlas_size: atlas.map(|a| a.size_px),
+            has_normals: atlas.is_some_and(|a| a.normals.is_some()),
+            picture_bytes: found.bytes,
+            seen_share: found.seen_share,
+            atlas_share: found.atlas_share,
+            merit: found.merit,
+            views_per_face: found.views_per_face,
+            view_texels_per_radius: found.view_texels_per_radius,
+            atlas_texels_per_radius: found.atlas_texels_per_radius,
+        }
+    }
+
+    /// What the atlas is, in a few words.
+    pub(crate) fn atlas(&self) -> String {
+        match self.atlas_size {
+            Some([width, height]) if self.has_normals => {
+                format!("atlas and normals of {width} × {height}")
+            }
+            Some([width, height]) => format!("atlas of {width} × {height}"),
+            None => "no atlas".to_owned(),
+        }
+    }
+
+    /// The same for people, without the sizes.
+    pub(crate) fn describe(&self) -> String {
+        format!(
+            "{:.1} % of the hull seen, {:.1} % falls to the atlas, {:.0} texels a radius in views and {:.0} in the atlas",
+            100.0 * self.seen_share,
+            100.0 * self.atlas_share,
+            self.view_texels_per_radius,
+            self.atlas_texels_per_radius,
+        )
+    }
 }
 
 #[derive(Default, Serialize)]
@@ -154,13 +224,14 @@ fn tell(
         .map_or_else(CapturedErrors::default, |o| o.errors);
     if !args.output.json {
         output::say(&format!(
-            "{}: {} of {} views, {} hull faces, {bytes} bytes, {:.2} % misclassified on average, {:.1} s",
+            "{}: {} of {} views, {} hull faces, {bytes} bytes, {:.2} % misclassified on average, {:.1} s; {}",
             args.out.display(),
             asset.map.views.len(),
             record.captured_views,
             asset.hull.faces.len(),
             100.0 * errors.mean,
             seconds.total,
+            TextureJson::of(asset).describe(),
         ));
         return Ok(());
     }
@@ -172,6 +243,7 @@ fn tell(
         kept: asset.map.views.len(),
         hull_faces: asset.hull.faces.len(),
         volume_ratio: asset.hull.volume_ratio,
+        textures: TextureJson::of(asset),
         error: ErrorJson {
             misclassified_mean: errors.mean,
             misclassified_max: errors.max,
@@ -204,6 +276,13 @@ fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
     params.hull.target_faces = args.faces;
     params.textures.views = args.texture_views;
     params.textures.size_px = args.texture_size;
+    params.textures.format = args.texture_format.into();
+    params.textures.quality = args.texture_quality;
+    params.textures.budget_bytes = args.texture_bytes;
+    params.textures.atlas_px = args.atlas_size;
+    params.textures.tiles = args.tiles.into();
+    params.textures.parametrisation = args.parametrisation.into();
+    params.textures.normals = !args.no_normals;
     params
 }
 
@@ -251,6 +330,21 @@ mod tests {
             ("--faces 60", |p| p.hull.target_faces == 60),
             ("--texture-views 3", |p| p.textures.views == 3),
             ("--texture-size 32", |p| p.textures.size_px == 32),
+            ("--texture-format webp", |p| {
+                p.textures.format == texture::PictureFormat::Webp
+            }),
+            ("--texture-quality 70", |p| p.textures.quality == 70),
+            ("--texture-bytes 3K", |p| {
+                p.textures.budget_bytes == Some(3072)
+            }),
+            ("--atlas-size 100", |p| p.textures.atlas_px == 100),
+            ("--tiles fixed", |p| {
+                p.textures.tiles == texture::TileSizes::Fixed
+            }),
+            ("--parametrisation closest-point", |p| {
+                p.textures.parametrisation == texture::Parametrisation::ClosestPoint
+            }),
+            ("--no-normals", |p| !p.textures.normals),
             ("--backend cpu", |p| p.capture.backend == Backend::Cpu),
         ] {
             let words: Vec<&str> = options.split(' ').collect();

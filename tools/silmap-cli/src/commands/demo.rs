@@ -16,7 +16,7 @@ use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_report::{Picture, PictureRow};
 use silmap_runtime::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
 };
 
 use crate::args::{DemoArgs, ModelKind};
@@ -105,8 +105,10 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
         &encode_png(&comparison(&rows))?,
     )?;
 
-    let mut page = Progress::new()
-        .watch(|monitor| measure(&asset, &bytes, model.mesh.mesh(), &MEASURED, monitor))?;
+    let mut page = Progress::new().watch(|monitor| {
+        let how = (&MEASURED, Some(&gpu));
+        measure(&asset, &bytes, model.mesh.mesh(), how, monitor)
+    })?;
     page.title = "silmap demo".to_owned();
     page.rows = picture_rows(&rows);
     page.seconds = second_rows(&report, started.elapsed().as_secs_f64());
@@ -169,6 +171,7 @@ fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Ro
                         camera,
                         mode,
                         method: Method::best_for(&asset.map),
+                        paint: Paint::default(),
                         antialias: Antialias::Soft,
                         background: Background::Colour([255; 3]),
                         edges: EdgeParams::default(),

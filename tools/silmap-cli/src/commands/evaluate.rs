@@ -10,9 +10,13 @@ use silmap_preprocess::evaluate::{
 };
 
 use crate::args::{EvaluateArgs, WhereArg};
+use crate::commands::open_gpu;
 use crate::files::{load_model_of, read_asset};
 use crate::output;
 use crate::progress::Progress;
+use crate::texture_errors::{
+    TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,
+};
 
 #[derive(Serialize)]
 struct EvaluateJson {
@@ -20,6 +24,8 @@ struct EvaluateJson {
     r#where: &'static str,
     methods: BTreeMap<&'static str, MethodJson>,
     per_viewpoint: Vec<ViewpointJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    textures: Option<TextureErrors>,
 }
 
 /// Shares of the pixels inside the true outline.
@@ -43,6 +49,8 @@ struct ViewpointJson {
 pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     let (asset, _) = read_asset(&args.asset)?;
     let model = load_model_of(&asset, &args.model, args.mending)?;
+    // Before the long work, for it may not be there.
+    let gpu = args.textures.map(|_| open_gpu()).transpose()?;
     let params = EvaluateParams {
         viewpoints: args.viewpoints,
         seed: args.seed,
@@ -58,10 +66,33 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         .watch(|monitor| evaluate(&asset.map, model.mesh.mesh(), &params, monitor))
         .with_context(|| args.asset.display().to_string())?;
     let methods = summarise(&errors);
+    let textures = match (args.textures, &gpu) {
+        (Some(viewpoints), Some(gpu)) => {
+            let params = TextureErrorParams {
+                viewpoints,
+                seed: args.seed,
+                size_px: args.resolution,
+            };
+            let mesh = model.mesh.mesh();
+            Some(TextureErrors {
+                viewpoints,
+                colour_difference: colour_errors(gpu, &asset, mesh, &params)
+                    .with_context(|| args.asset.display().to_string())?,
+                discontinuities_per_1000: discontinuities_per_1000(&asset, mesh),
+            })
+        }
+        _ => None,
+    };
     if args.output.json {
-        return output::print_json(&as_json(&params, &methods, &errors));
+        let mut json = as_json(&params, &methods, &errors);
+        json.textures = textures;
+        return output::print_json(&json);
     }
-    output::print_bytes(table(&params, &methods).as_bytes())
+    let mut text = table(&params, &methods);
+    if let Some(textures) = &textures {
+        text.push_str(&texture_table(textures));
+    }
+    output::print_bytes(text.as_bytes())
 }
 
 fn as_json(
@@ -94,6 +125,7 @@ fn as_json(
                 escaped: e.escaped,
             })
             .collect(),
+        textures: None,
     }
 }
 
@@ -113,6 +145,27 @@ fn table(params: &EvaluateParams, methods: &[MethodErrors]) -> String {
             100.0 * m.misclassified_max,
             100.0 * m.escaped_mean,
             100.0 * m.escaped_max,
+        ));
+    }
+    text
+}
+
+fn texture_table(textures: &TextureErrors) -> String {
+    let mut text = format!(
+        "{} viewpoints on the view sphere; mean difference of colours inside both outlines, in steps of 255\n\
+         paint      red    green  blue   worst viewpoint\n",
+        textures.viewpoints,
+    );
+    for (name, errors) in &textures.colour_difference {
+        let [red, green, blue] = errors.mean;
+        text.push_str(&format!(
+            "{name:<8} {red:>6.2} {green:>6.2} {blue:>6.2} {:>6.2}\n",
+            errors.worst_viewpoint
+        ));
+    }
+    for (name, jumps) in &textures.discontinuities_per_1000 {
+        text.push_str(&format!(
+            "{jumps:.2} of 1,000 texels of the atlas are beside a jump by {name}\n"
         ));
     }
     text

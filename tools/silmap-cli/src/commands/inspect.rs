@@ -4,6 +4,7 @@ use serde::Serialize;
 use silmap_map::{Asset, asset};
 
 use crate::args::InspectArgs;
+use crate::commands::build::TextureJson;
 use crate::files::read_asset;
 use crate::output;
 
@@ -66,11 +67,9 @@ struct HullJson {
 
 #[derive(Serialize)]
 struct TexturesJson {
-    views: usize,
-    /// Side of the texture views, pixels.
-    size: u32,
-    /// Columns and rows of the atlas; null when there is none.
-    atlas_size: Option<[u32; 2]>,
+    #[serde(flatten)]
+    figures: TextureJson,
+    /// Pictures, cameras and visibility bits.
     bytes: u64,
 }
 
@@ -128,13 +127,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
             bytes: sizes.hull,
         },
         textures: TexturesJson {
-            views: asset.textures.views.len(),
-            size: asset
-                .textures
-                .views
-                .first()
-                .map_or(0, |view| view.camera.width_px),
-            atlas_size: asset.textures.atlas.as_ref().map(|atlas| atlas.size_px),
+            figures: TextureJson::of(asset),
             bytes: sizes.textures,
         },
         bytes: sizes.total,
@@ -168,7 +161,8 @@ fn describe(i: &Inspection<'_>) -> String {
          detail    {}\n\
          order     {}\n\
          hull      {} faces, {} vertices, {:.4} times the model's volume, {} bytes\n\
-         textures  {} views of {}², {} bytes\n\
+         textures  {} views of {}², {}, {} bytes\n\
+         paint     {}\n\
          file      {} bytes, format {}, made by {} with {}\n",
         i.model.name,
         i.model.faces,
@@ -198,9 +192,11 @@ fn describe(i: &Inspection<'_>) -> String {
         i.hull.vertices,
         i.hull.volume_ratio,
         i.hull.bytes,
-        i.textures.views,
-        i.textures.size,
+        i.textures.figures.views,
+        i.textures.figures.size,
+        i.textures.figures.atlas(),
         i.textures.bytes,
+        i.textures.figures.describe(),
         i.bytes,
         i.format_version,
         i.generator,

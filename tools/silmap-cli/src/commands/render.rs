@@ -10,10 +10,11 @@ use silmap_geometry::{Camera, TriangleMesh};
 use silmap_map::{Asset, Method};
 use silmap_preprocess::mesh_io;
 use silmap_runtime::{
-    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, Renderer,
+    RendererOptions,
 };
 
-use crate::args::{AntialiasArg, MethodArg, ModeArg, RenderArgs, usage_error};
+use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
 use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
 use crate::exact_shape::{ExactShape, FansJson};
@@ -84,6 +85,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         method: asset.as_ref().map_or(Method::default(), |asset| {
             MethodArg::resolve(args.method, &asset.map)
         }),
+        paint: args.paint.into(),
         antialias: args.antialias.into(),
         background: args.background.into(),
         edges: EdgeParams {
@@ -201,6 +203,17 @@ impl From<ModeArg> for Mode {
             ModeArg::EdgesTranslate => Self::Edges(EdgeStyle::Translate),
             ModeArg::EdgesFatten => Self::Edges(EdgeStyle::Fatten),
             ModeArg::EdgesCharcoal => Self::Edges(EdgeStyle::Charcoal),
+        }
+    }
+}
+
+impl From<PaintArg> for Paint {
+    fn from(paint: PaintArg) -> Self {
+        match paint {
+            PaintArg::Blended => Self::Blended,
+            PaintArg::Nearest => Self::Nearest,
+            PaintArg::Views => Self::Views,
+            PaintArg::Tiles => Self::Tiles,
         }
     }
 }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use silmap_report::Report;
 
 use crate::args::ReportArgs;
+use crate::commands::open_gpu;
 use crate::comparison::compare;
 use crate::files::{load_model_of, read_asset};
 use crate::measure::{MeasureParams, measure};
@@ -31,9 +32,11 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let (asset, bytes) = read_asset(&args.asset)?;
     let model = load_model_of(&asset, &args.model, args.mending)?;
     let params = params_from_args(args);
+    let gpu = open_gpu().ok();
     let report = Progress::new()
         .watch(|monitor| {
-            let report = measure(&asset, &bytes, model.mesh.mesh(), &params, monitor)?;
+            let how = (&params, gpu.as_ref());
+            let report = measure(&asset, &bytes, model.mesh.mesh(), how, monitor)?;
             let comparison = if args.comparison {
                 Some(compare(&asset, &bytes, &model.mesh, monitor)?)
             } else {

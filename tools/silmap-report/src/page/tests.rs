@@ -6,7 +6,7 @@ use silmap_map::{
 };
 
 use super::*;
-use crate::{Conditions, ContourTime, DirectionErrors, PolytopeLevel};
+use crate::{ColourRow, Conditions, ContourTime, DirectionErrors, PolytopeLevel, TextureFigures};
 
 /// Views of nothing in particular from the corners of a tetrahedron.
 fn asset() -> Asset {
@@ -117,6 +117,16 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
             threads: 2,
             ..Conditions::default()
         },
+        textures: Some(TextureFigures {
+            atlas_share: 0.0123,
+            discontinuities: vec![("closest-point".to_owned(), 6.54)],
+            colours: vec![ColourRow {
+                paint: "blended".to_owned(),
+                mean: [1.0, 3.21, 2.0],
+                worst: 4.56,
+            }],
+            ..TextureFigures::default()
+        }),
         notes: vec!["A note.".to_owned()],
     }
 }
@@ -213,4 +223,23 @@ fn numbers_are_written_for_people() {
         [7, 1000, 1_234_567].map(grouped),
         ["7", "1,000", "1,234,567"]
     );
+}
+
+#[test]
+fn figures_of_textures_are_on_the_page_and_among_the_numbers() {
+    let (asset, model) = (asset(), TriangleMesh::default());
+    let mut report = report(&asset, &model);
+    let html = page(&report).into_string();
+    for text in ["1.23 %", "6.54", "3.21", "4.56", "closest-point"] {
+        assert!(html.contains(text), "{text}");
+    }
+    let numbers = crate::numbers::numbers(&report);
+    let at = |pointer: &str| numbers.pointer(pointer).and_then(|v| v.as_f64());
+    assert_eq!(at("/textures/atlas_share"), Some(0.0123));
+    assert_eq!(
+        at("/textures/colour_difference/blended/largest_channel"),
+        Some(3.21)
+    );
+    report.textures = None;
+    assert!(!page(&report).into_string().contains("Textures"));
 }

@@ -1,0 +1,135 @@
+//! Measuring an asset's textures: how far its pictures are from the model's, and how often its parametrisations jump.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use silmap_geometry::{Bvh, Camera, TriangleMesh};
+use silmap_gpu::Gpu;
+use silmap_map::{Asset, Method};
+use silmap_preprocess::evaluate::{EvaluateParams, Place, viewpoints};
+use silmap_preprocess::texture::{self, Parametrisation};
+use silmap_runtime::{
+    Antialias, Background, ColourDifference, EdgeParams, FrameParams, Mode, Paint, Renderer,
+    RendererOptions,
+};
+
+use crate::interrupt;
+
+/// What is compared with the model.
+const PAINTS: [(&str, Paint); 4] = [
+    ("blended", Paint::Blended),
+    ("nearest", Paint::Nearest),
+    ("views", Paint::Views),
+    ("tiles", Paint::Tiles),
+];
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct TextureErrors {
+    pub(crate) viewpoints: u32,
+    /// By what the hull shows; empty where there is nothing to draw with.
+    pub(crate) colour_difference: BTreeMap<&'static str, ColourErrors>,
+    /// By parametrisation.
+    pub(crate) discontinuities_per_1000: BTreeMap<&'static str, f64>,
+}
+
+/// Differences of colours inside both outlines, in steps of 255.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct ColourErrors {
+    /// Mean of red, green and blue over all viewpoints.
+    pub(crate) mean: [f64; 3],
+    /// The largest of the three.
+    pub(crate) largest_channel: f64,
+    /// The same at the viewpoint where it is largest.
+    pub(crate) worst_viewpoint: f64,
+}
+
+/// Where and how finely is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TextureErrorParams {
+    /// Random viewpoints on the sphere of the captured views.
+    pub(crate) viewpoints: u32,
+    pub(crate) seed: u64,
+    /// Side of the pictures, pixels.
+    pub(crate) size_px: u32,
+}
+
+/// How far pictures are from the model's, for everything that the hull can show.
+///
+/// # Errors
+/// When interrupted, or something cannot be drawn.
+pub(crate) fn colour_errors(
+    gpu: &Gpu,
+    asset: &Asset,
+    model: &TriangleMesh,
+    params: &TextureErrorParams,
+) -> anyhow::Result<BTreeMap<&'static str, ColourErrors>> {
+    let map = &asset.map;
+    let eyes = viewpoints(
+        map,
+        &EvaluateParams {
+            viewpoints: params.viewpoints,
+            seed: params.seed,
+            place: Place::Sphere,
+            ..EvaluateParams::default()
+        },
+    )?;
+    let mut renderer = Renderer::new(gpu, RendererOptions::default());
+    renderer.load_asset(gpu, asset)?;
+    renderer.load_model(gpu, model)?;
+    let mut found: BTreeMap<&'static str, Vec<ColourDifference>> = BTreeMap::new();
+    for eye in eyes {
+        interrupt::check()?;
+        let size = (params.size_px, params.size_px);
+        let mut frame = FrameParams {
+            camera: Camera::fit_sphere(eye, map.center, map.radius, None, size)?,
+            mode: Mode::Original,
+            method: Method::best_for(map),
+            paint: Paint::default(),
+            antialias: Antialias::None,
+            background: Background::Transparent,
+            edges: EdgeParams::default(),
+        };
+        let original = renderer.render(gpu, &frame)?;
+        frame.mode = Mode::Clipped;
+        for (name, paint) in PAINTS {
+            frame.paint = paint;
+            let clipped = renderer.render(gpu, &frame)?;
+            let difference = ColourDifference::between(&original, &clipped);
+            found.entry(name).or_default().extend(difference);
+        }
+    }
+    Ok(found
+        .into_iter()
+        .map(|(name, all)| (name, summary(&all)))
+        .collect())
+}
+
+fn summary(differences: &[ColourDifference]) -> ColourErrors {
+    let count = differences.len().max(1) as f64;
+    let mean: [f64; 3] =
+        std::array::from_fn(|c| differences.iter().map(|d| d.mean[c]).sum::<f64>() / count);
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    ColourErrors {
+        mean,
+        largest_channel: largest(&mut mean.into_iter()),
+        worst_viewpoint: largest(&mut differences.iter().map(ColourDifference::largest_channel)),
+    }
+}
+
+/// Jumps among a thousand texels of the asset's atlas, for both parametrisations; nothing without an atlas.
+pub(crate) fn discontinuities_per_1000(
+    asset: &Asset,
+    model: &TriangleMesh,
+) -> BTreeMap<&'static str, f64> {
+    let bvh = Bvh::new(model);
+    let atlas = asset.textures.atlas.iter();
+    atlas
+        .flat_map(|atlas| {
+            Parametrisation::ALL.map(|how| {
+                let found = texture::discontinuities((model, &bvh), &asset.hull, atlas, how);
+                (how.name(), found.per_thousand())
+            })
+        })
+        .collect()
+}
