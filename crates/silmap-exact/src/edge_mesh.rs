@@ -117,6 +117,16 @@ impl EdgeMesh {
         Query::new(viewpoint, &self.frame)
     }
 
+    /// An eye's distance from the middle of the mesh.
+    pub(crate) fn distance_from_center(&self, eye: DVec3) -> f64 {
+        eye.distance(self.frame.center)
+    }
+
+    /// The same in the unit ball.
+    pub(crate) fn distance_in_ball(&self, eye: DVec3) -> f64 {
+        self.distance_from_center(eye) / self.frame.radius
+    }
+
     fn corners(&self, face: usize) -> [DVec3; 3] {
         self.faces[face].map(|v| self.positions[v as usize])
     }

@@ -51,6 +51,7 @@ mod walk;
 
 pub use align::{AlignError, AlignParams, Pose, angle_between, refine_pose};
 pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
+pub use dual::DualSpace;
 pub use edge_mesh::{EdgeMesh, EdgeMeshError};
 pub use extractor::{Extractor, Method, Work};
 pub use facing::is_front_facing;

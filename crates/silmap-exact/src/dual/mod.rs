@@ -11,6 +11,9 @@
 //! up; the source inspects every reported edge. What toggles an edge also says which of its faces is in front now.
 
 mod octree;
+mod queries;
+
+pub use self::queries::DualSpace;
 
 use self::octree::{PointOctree, Side, Turned};
 use crate::brute::Brute;

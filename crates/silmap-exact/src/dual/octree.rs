@@ -320,6 +320,87 @@ impl PointOctree {
         visited
     }
 
+    /// Walks down as far as the faces of a region look different ways from some of the viewpoints: `visit` is given faces that all look
+    /// one way from all of them, and that way; and faces of which more is not known. Returns the number of regions visited.
+    pub(super) fn visit_by_facing(
+        &self,
+        queries: &[&Query],
+        mut visit: impl FnMut(Option<bool>, &mut dyn Iterator<Item = u32>),
+    ) -> usize {
+        let duals: Vec<Dual> = queries.iter().map(|query| Dual::new(query)).collect();
+        visit(None, &mut self.unknown.iter().copied());
+        self.walk(
+            |region| {
+                let facing = duals[0].facing_of(region);
+                let is_one = duals[1..].iter().all(|d| d.facing_of(region) == facing);
+                match facing {
+                    Facing::Front if is_one => Some(Some(true)),
+                    Facing::Back if is_one => Some(Some(false)),
+                    _ => None,
+                }
+            },
+            |facing, faces| visit(facing, faces),
+        )
+    }
+
+    /// Visits faces, and some more, whose planes are within `reach` of a viewpoint, in units of the query's value. Returns the number of
+    /// regions visited.
+    pub(super) fn visit_near(
+        &self,
+        query: &Query,
+        reach: f64,
+        mut visit: impl FnMut(&mut dyn Iterator<Item = u32>),
+    ) -> usize {
+        let dual = Dual::new(query);
+        visit(&mut self.unknown.iter().copied());
+        self.walk(
+            |region| {
+                // Points are planes over their largest coordinate: this is the greatest length of a normal then.
+                let normal = (0..3).map(|k| region.middle[k].abs() + region.half[k]);
+                let longest = normal.map(|c| c * c).sum::<f32>().sqrt() * (1.0 + BOX_ROOM);
+                let is_far = dual.is_beyond(region, (reach * f64::from(longest)) as f32);
+                is_far.then_some(Some(true))
+            },
+            |is_far, faces| {
+                if is_far.is_none() {
+                    visit(faces);
+                }
+            },
+        )
+    }
+
+    /// Walks down to regions of which `decide` says something, and to leaves.
+    fn walk<T>(
+        &self,
+        decide: impl Fn(&Region) -> Option<Option<T>>,
+        mut visit: impl FnMut(Option<T>, &mut dyn Iterator<Item = u32>),
+    ) -> usize {
+        let (mut at, mut visited) = (0, 0);
+        while at + 1 < self.regions.len() {
+            let region = &self.regions[at];
+            visited += 1;
+            let skip = region.skip as usize;
+            let blocks = region.first_block as usize..self.regions[skip].first_block as usize;
+            let decided = decide(region);
+            let is_leaf = skip == at + 1;
+            if decided.is_none() && !is_leaf {
+                at += 1;
+                continue;
+            }
+            // Places that no face was left for repeat the first.
+            let faces = |&ids: &[u32; LANES]| {
+                let is_face = move |&k: &usize| k == 0 || ids[k] != ids[0];
+                (0..LANES).filter(is_face).map(move |k| ids[k])
+            };
+            visit(
+                decided.flatten(),
+                &mut self.block_faces[blocks].iter().flat_map(faces),
+            );
+            at = skip;
+        }
+        visited
+    }
+
     fn test_points(
         &mut self,
         mesh: &EdgeMesh,
@@ -380,6 +461,13 @@ impl Dual {
             normal,
             sizes: normal.map(f32::abs),
         }
+    }
+
+    /// Whether all of a region's points have a value beyond `limit`, of either sign.
+    fn is_beyond(&self, region: &Region, limit: f32) -> bool {
+        let dot = |a: &[f32; 4], b: &[f32; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>();
+        let reach = dot(&self.sizes, &region.half) + BOX_ROOM + limit * (1.0 + BOX_ROOM);
+        dot(&self.normal, &region.middle).abs() > reach
     }
 
     #[inline(always)]
