@@ -30,7 +30,7 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 const ITEM_BYTES: u64 = 12;
 
 /// Size of `View` in `shaders/shared/view.wgsl`; the mask needs its first 64 bytes, the matrix.
-const VIEW_BYTES: u64 = 112;
+const VIEW_BYTES: u64 = 128;
 
 /// A mesh on the device, ready to be drawn as masks.
 #[derive(Debug)]
