@@ -1,0 +1,191 @@
+//! Options of `demo` and `build`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use silmap_preprocess::texture::{Parametrisation, PictureFormat, TileSizes};
+
+use super::{BackendArg, CoverageArg, MendingArgs, MethodArg, OutputArgs, PoolArgs};
+use crate::values::{Length, Share, parse_bytes, parse_length, parse_positive, parse_share};
+
+/// Makes everything on a model of its own: an asset, comparison pictures, a report.
+///
+/// Nothing is needed but an empty folder: the model is generated. The asset, the pictures and `report.html` are put into
+/// the folder, and the last line says where to look.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  silmap demo -o silmap-demo")]
+pub(crate) struct DemoArgs {
+    /// Folder for the results
+    #[arg(short, long, value_name = "DIR", default_value = "silmap-demo")]
+    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// What has no meaning for an asset that is there already.
+const FROM_CONFLICTS: [&str; 20] = [
+    "model",
+    "views",
+    "method",
+    "resolution",
+    "tolerance",
+    "coverage",
+    "radius",
+    "faces",
+    "texture_views",
+    "texture_size",
+    "texture_format",
+    "texture_quality",
+    "texture_bytes",
+    "atlas_size",
+    "tiles",
+    "parametrisation",
+    "no_normals",
+    "close_holes",
+    "repair",
+    "backend",
+];
+
+/// What pictures are stored as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PictureFormatArg {
+    /// JPEG, or PNG where that is no larger
+    Jpeg,
+    /// PNG: nothing is lost
+    Png,
+    /// WebP for the projected pictures; the atlas stays JPEG, which every glTF viewer reads
+    Webp,
+}
+
+impl From<PictureFormatArg> for PictureFormat {
+    fn from(format: PictureFormatArg) -> Self {
+        match format {
+            PictureFormatArg::Jpeg => Self::Jpeg,
+            PictureFormatArg::Png => Self::Png,
+            PictureFormatArg::Webp => Self::Webp,
+        }
+    }
+}
+
+/// How large the tiles of the atlas are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TilesArg {
+    /// All the same
+    Fixed,
+    /// Larger for larger faces, by powers of two
+    Adaptive,
+}
+
+impl From<TilesArg> for TileSizes {
+    fn from(tiles: TilesArg) -> Self {
+        match tiles {
+            TilesArg::Fixed => Self::Fixed,
+            TilesArg::Adaptive => Self::Adaptive,
+        }
+    }
+}
+
+/// Which point of the model a point of the hull shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ParametrisationArg {
+    /// The one along the hull's interpolated normal
+    NormalShooting,
+    /// The nearest one, to compare with: it jumps where the model is hollow
+    ClosestPoint,
+}
+
+impl From<ParametrisationArg> for Parametrisation {
+    fn from(how: ParametrisationArg) -> Self {
+        match how {
+            ParametrisationArg::NormalShooting => Self::NormalShooting,
+            ParametrisationArg::ClosestPoint => Self::ClosestPoint,
+        }
+    }
+}
+
+/// Makes an asset (.glb) out of a mesh.
+///
+/// Reads OBJ, PLY, STL, OFF, glTF and GLB. The mesh must be closed and consistently oriented; `--close-holes` and
+/// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap build bunny.ply --close-holes -o bunny.glb
+  silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json
+  silmap build --from bunny.glb --keep 64 -o smaller.glb")]
+pub(crate) struct BuildArgs {
+    /// The mesh
+    #[arg(required_unless_present = "from")]
+    pub(crate) model: Option<PathBuf>,
+    /// Take an asset instead of a mesh, and remove views until --keep or --max-error is met
+    #[arg(long, value_name = "ASSET.glb", conflicts_with_all = FROM_CONFLICTS)]
+    pub(crate) from: Option<PathBuf>,
+    /// The asset to write
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub(crate) out: PathBuf,
+    /// Views to capture around the model
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
+    pub(crate) views: u32,
+    /// Views to keep in the map [default: 128]
+    #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(4..=65_536))]
+    pub(crate) keep: Option<u32>,
+    /// Keep as few views as hold this mean share of misclassified pixels, such as 0.5%
+    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
+    pub(crate) max_error: Option<Share>,
+    /// The method whose error decides which views to keep; all methods can be used on the asset
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
+    pub(crate) method: MethodArg,
+    /// Side of the captured pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// How far a contour may move when it is simplified, in pixels
+    #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = parse_positive)]
+    pub(crate) tolerance: f64,
+    /// Which pixels the model covers
+    #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
+    pub(crate) coverage: CoverageArg,
+    /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units
+    #[arg(long, value_name = "LENGTH", default_value = "3R", value_parser = parse_length)]
+    pub(crate) radius: Length,
+    /// Faces of the coarse hull; it is tightened as by `silmap hull --tighten fast`
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(4..))]
+    pub(crate) faces: u32,
+    /// Pictures of the model that are projected onto the hull
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) texture_views: u32,
+    /// Side of those pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) texture_size: u32,
+    /// What pictures are stored as
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = PictureFormatArg::Jpeg)]
+    pub(crate) texture_format: PictureFormatArg,
+    /// Quality of pictures that lose something
+    #[arg(long, value_name = "1..100", default_value_t = 88, value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) texture_quality: u8,
+    /// Most bytes of all pictures together, such as 400K: quality falls to 60 first, then sides, then quality again
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub(crate) texture_bytes: Option<u64>,
+    /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) atlas_size: u32,
+    /// How large the faces' tiles in the atlas are
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = TilesArg::Adaptive)]
+    pub(crate) tiles: TilesArg,
+    /// Which point of the model a point of the hull shows in the atlas
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ParametrisationArg::NormalShooting)]
+    pub(crate) parametrisation: ParametrisationArg,
+    /// Leave out the atlas's normals, which viewers that light the model themselves use
+    #[arg(long)]
+    pub(crate) no_normals: bool,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    /// What draws the captured views
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = BackendArg::Auto)]
+    pub(crate) backend: BackendArg,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}

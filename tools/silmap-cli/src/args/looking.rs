@@ -1,0 +1,258 @@
+//! Options of the commands that read an asset.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use silmap_map::ViewContour;
+
+use super::{CameraArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
+use crate::values::{Backdrop, parse_backdrop, parse_positive};
+
+/// What `render` draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ModeArg {
+    /// The full mesh (needs --model)
+    Original,
+    /// The hull, shaded, without its textures
+    Coarse,
+    /// The hull with its textures
+    Textured,
+    /// The textured hull, clipped to the interpolated silhouette
+    Clipped,
+    /// The textured hull, clipped to the exact silhouette of the full mesh (needs --model)
+    Exact,
+    /// The interpolated silhouette alone
+    Silhouette,
+    /// Where the silhouette is wrong: red too much, blue too little (needs --model)
+    Difference,
+    /// Silhouette edges of the full mesh, hidden ones left out, found pixel by pixel (needs --model, as all of these): where faces
+    /// behind are as deep as those in front
+    EdgesEqual,
+    /// The edges of faces behind, as lines
+    EdgesWireframe,
+    /// Faces behind, pulled towards the eye: thin on round rims, wide at sharp edges
+    EdgesTranslate,
+    /// Faces behind, fattened by one width
+    EdgesFatten,
+    /// Fattened in greys, with strokes along grazing faces
+    EdgesCharcoal,
+}
+
+/// What the hull shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PaintArg {
+    /// The texture views nearest to the eye, blended; tiles of the atlas where no view sees a face
+    Blended,
+    /// The one nearest view that sees a face, as in the paper; tiles where none does
+    Nearest,
+    /// The blended texture views alone
+    Views,
+    /// The atlas alone, as in any glTF viewer
+    Tiles,
+}
+
+/// How the outline is smoothed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AntialiasArg {
+    /// Not at all
+    None,
+    /// The contour once more as a soft line
+    Soft,
+    /// Four samples a pixel
+    Msaa,
+}
+
+/// Draws one picture of an asset.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap render bunny.glb --eye -0.2,0.2,0.3 -o bunny.png
+  silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png
+  silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png")]
+pub(crate) struct RenderArgs {
+    /// The asset; original and edges-* do without
+    #[arg(required_unless_present = "model")]
+    pub(crate) asset: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+    /// The picture to write
+    #[arg(short, long, value_name = "IMG.png")]
+    pub(crate) out: PathBuf,
+    /// What to draw
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ModeArg::Clipped)]
+    pub(crate) mode: ModeArg,
+    /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) method: Option<MethodArg>,
+    /// What the hull shows in the modes textured and clipped
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = PaintArg::Blended)]
+    pub(crate) paint: PaintArg,
+    /// How the outline is smoothed
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = AntialiasArg::Soft)]
+    pub(crate) antialias: AntialiasArg,
+    /// What is behind the model: #rrggbb or transparent
+    #[arg(long, value_name = "COLOUR", default_value = "#ffffff", value_parser = parse_backdrop)]
+    pub(crate) background: Backdrop,
+    /// The full mesh, for modes that need it
+    #[arg(long, value_name = "MODEL")]
+    pub(crate) model: Option<PathBuf>,
+    /// Width of lines in modes edges-*, outside of the model, in pixels; edges-equal has none, those of edges-translate lie inside
+    /// and are this wide on rims as round as a sixteenth of the model
+    #[arg(long, value_name = "PX", default_value = "2", value_parser = parse_positive)]
+    pub(crate) width: f64,
+    /// In modes edges-*: take the model as it is, open or with faces turned any way, and find the nearest faces by an item buffer
+    #[arg(long, conflicts_with_all = ["close_holes", "repair"])]
+    pub(crate) soup: bool,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// The file formats of a contour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ContourFormat {
+    /// One object with camera and loops
+    Json,
+    /// One path, filled
+    Svg,
+    /// A mask, white inside
+    Png,
+}
+
+/// Interpolates the outline of the model from a viewpoint.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap contour bunny.glb --eye 0.3,0.2,0.4 --format svg -o outline.svg
+  silmap contour bunny.glb --eye=-0.3,0.2,0.4 --method paper > outline.json")]
+pub(crate) struct ContourArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+    /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) method: Option<MethodArg>,
+    /// Level of detail of the contours: 0 has all their vertices, each next one keeps to twice the tolerance [default: the coarsest
+    /// within a quarter of a pixel]
+    #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(..=i64::from(ViewContour::COARSEST_LEVEL)))]
+    pub(crate) detail: Option<u8>,
+    /// What to write
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = ContourFormat::Json)]
+    pub(crate) format: ContourFormat,
+    /// File to write [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Says what is in an asset.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  silmap inspect bunny.glb --full --json")]
+pub(crate) struct InspectArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// List views, polytope triangles and the error curve too
+    #[arg(long)]
+    pub(crate) full: bool,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Where test viewpoints are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum WhereArg {
+    /// Where random rays from the center meet the polytope of views
+    Polytope,
+    /// On the view sphere
+    Sphere,
+    /// At distances log-uniform in 1.5R to 10R, R the radius of the bounding sphere
+    Shell,
+}
+
+/// Measures how far interpolated outlines are from the true ones.
+///
+/// The share of misclassified pixels, relative to the pixels inside the true outline, and the part of it that is inside but
+/// predicted outside ("escaped").
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json")]
+pub(crate) struct EvaluateArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// The mesh it was made from
+    #[arg(long, value_name = "MODEL")]
+    pub(crate) model: PathBuf,
+    /// How many test viewpoints
+    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) viewpoints: u32,
+    /// Seed of the random directions
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Side of the test pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// How silhouettes are interpolated [default: every method]
+    #[arg(long, value_name = "WHICH", value_enum)]
+    pub(crate) method: Option<MethodArg>,
+    /// Measure the textures too: the colours inside the outline at K viewpoints on the view sphere, which needs a graphics adapter, and
+    /// how often the atlas's parametrisation jumps, beside the other one
+    #[arg(long, value_name = "K", num_args = 0..=1, default_missing_value = "8", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) textures: Option<u32>,
+    /// Where the viewpoints are
+    #[arg(long = "where", value_name = "WHERE", value_enum, default_value_t = WhereArg::Polytope)]
+    pub(crate) placement: WhereArg,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
+
+/// Writes a page with everything that is known about an asset's outlines, and the numbers behind it.
+///
+/// `report.html` needs nothing but a browser, not even a network: errors of all methods and places, over all directions and
+/// over the number of views, the worst viewpoints, polytope and contours in pictures, sizes and times. `report.json` has the numbers.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  silmap report bunny.glb --model bunny.ply --close-holes -o bunny-report
+  silmap report torus.glb --model torus.obj --viewpoints 50 --directions 200 -o quick --json")]
+pub(crate) struct ReportArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// The mesh it was made from
+    #[arg(long, value_name = "MODEL")]
+    pub(crate) model: PathBuf,
+    /// Folder for report.html and report.json, made when it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// How many test viewpoints in each place
+    #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) viewpoints: u32,
+    /// Seed of the random directions
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// How many directions the maps of the sphere are measured at
+    #[arg(long, value_name = "N", default_value_t = 800, value_parser = clap::value_parser!(u32).range(12..=100_000))]
+    pub(crate) directions: u32,
+    /// Side of the test pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// Compare with exact extraction by every method and at several resolutions of the model; takes minutes
+    #[arg(long)]
+    pub(crate) comparison: bool,
+    /// How many of the worst viewpoints of the best method to show
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=100))]
+    pub(crate) worst: u32,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) pool: PoolArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+}
