@@ -96,6 +96,8 @@ fn median(times: &mut [f64]) -> f64 {
 #[derive(Debug)]
 pub(crate) struct Bench<'a> {
     pub(crate) full: &'a TriangleMesh,
+    /// The mesh simplified to the hull's faces, drawn beside it.
+    pub(crate) simplified: Option<&'a TriangleMesh>,
     pub(crate) asset: &'a Asset,
     pub(crate) sizes: AssetSizes,
     /// One after the other around the model, for each frame as many as it has instances.
@@ -331,7 +333,16 @@ impl Bench<'_> {
         let faces = self.full.faces.len();
         let hull_faces = self.asset.hull.faces.len();
         // As the renderer keeps them: positions and normals, and three indices a face.
-        let full_bytes = 36 * self.full.positions.len() as u64 + 12 * faces as u64;
+        let bytes_of = |m: &TriangleMesh| (36 * m.positions.len() + 12 * m.faces.len()) as u64;
+        let full_bytes = bytes_of(self.full);
+        if let Some(simple) = self.simplified {
+            drawer.renderer.load_model(drawer.gpu, simple)?;
+            let name = "simplified".to_owned();
+            let row = Row::new(name, Some(simple.faces.len()), bytes_of(simple));
+            let how = (Mode::Original, best, Antialias::None);
+            rows.push(self.time_row(drawer, truths, (row, how), &mut Region::Own)?);
+            drawer.renderer.load_model(drawer.gpu, self.full)?;
+        }
         let painted = self.sizes.hull + self.sizes.textures;
         let mut plan = vec![
             (

@@ -58,6 +58,7 @@ pub(crate) fn compare(
     for mesh in &meshes {
         let bench = Bench {
             full: mesh,
+            simplified: None,
             asset,
             sizes,
             cameras: cameras.clone(),

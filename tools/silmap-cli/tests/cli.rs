@@ -764,6 +764,7 @@ fn bench_says_what_scripts_read() {
     let number = |name: &str, field: &str| row(name)[field].as_f64().unwrap();
     for name in [
         "full",
+        "simplified",
         "hull",
         "clipped-tight-soft",
         "clipped-hull-none",
@@ -803,6 +804,9 @@ fn bench_says_what_scripts_read() {
     );
     assert!(exact < tight && tight < hull, "{exact}, {tight}, {hull}");
     assert!((tight - number("contour-tight", "outline_error")).abs() < 0.1);
+    let simplified = number("simplified", "outline_error");
+    assert!(0.01 < simplified && simplified < hull, "{simplified}");
+    assert!(number("simplified", "faces") <= number("hull", "faces"));
 
     let told = run(&[
         "bench", model, "--asset", asset, "--size", "64x64", "--repeat", "1", "--edges", "brute",

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
-use silmap_exact::{Method as Extraction, Viewpoint, walk_around};
+use silmap_exact::{Method as Extraction, SimplifyParams, Viewpoint, simplify, walk_around};
 use silmap_geometry::Camera;
 use silmap_map::asset;
 use silmap_preprocess::pipeline::BuildParams;
@@ -52,9 +52,15 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
             (asset, bytes)
         }
     };
+    let params = SimplifyParams {
+        target_faces: asset.hull.faces.len() as u32,
+        ..SimplifyParams::default()
+    };
+    let simplified = simplify(&model.mesh, &[], &params).with_context(named)?;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
     let bench = Bench {
         full: &full,
+        simplified: Some(&simplified),
         asset: &asset,
         sizes: asset::sizes(&bytes).with_context(named)?,
         cameras: cameras(args, asset.map.center, asset.map.radius)?,
