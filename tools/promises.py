@@ -17,6 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 SHARED = ROOT.parent / "shared"
 BUNNY = SHARED / "models" / "stanford-bunny.ply"
+CLOSED_BUNNY = SHARED / "models" / "stanford-bunny-closed.off"
 KIB, MIB = 1024, 1024 * 1024
 
 failed = []
@@ -92,6 +93,38 @@ def check_conservative_bunny(silmap, folder):
     hold("bunny, coverage any: hull escaped", percent_of(evaluation, "hull", "escaped_mean"), 0.02, " %")
 
 
+def check_hulls(silmap, folder):
+    """Hulls of the closed bunny: volumes, and enclosure wherever the model is and however large."""
+    hull = folder / "hull.obj"
+
+    def made(model, *options):
+        return call(silmap, "hull", model, "--verify", "-o", hull, "--json", *options)
+
+    for faces, tighten, limit in [(500, "off", 1.11), (500, "fast", 1.077), (500, "best", 1.065), (100, "off", 1.5)]:
+        of_bunny = made(CLOSED_BUNNY, "--faces", faces, "--tighten", tighten)
+        hold(f"closed bunny, {faces} faces, tighten {tighten}: volume ratio", of_bunny["volume_ratio"], limit)
+        hold(f"closed bunny, {faces} faces, tighten {tighten}: not enclosed", float(not of_bunny["verified"]), 0)
+    hold("closed bunny: fewest faces", made(CLOSED_BUNNY, "--faces", 4)["faces"], 60)
+    lines = CLOSED_BUNNY.read_text().splitlines()
+    count = int(lines[1].split()[0])
+    points = [[float(c) for c in line.split()] for line in lines[2 : 2 + count]]
+    extent = [max(p[k] for p in points) - min(p[k] for p in points) for k in range(3)]
+    far = 1e3 * sum(c * c for c in extent) ** 0.5
+    reference = made(CLOSED_BUNNY, "--faces", 500)["volume_ratio"]
+    for name, change in {
+        "a millionth as large": lambda c: c * 1e-6,
+        "a million times as large": lambda c: c * 1e6,
+        "a thousand diagonals away": lambda c: c + far,
+    }.items():
+        changed = [" ".join(repr(change(c)) for c in p) for p in points]
+        model = folder / "changed.off"
+        model.write_text("\n".join([*lines[:2], *changed, *lines[2 + count :], ""]))
+        of_changed = made(model, "--faces", 500)
+        off = 100 * abs(of_changed["volume_ratio"] / reference - 1)
+        hold(f"closed bunny {name}: volume ratio differs by", off, 0.5, " %")
+        hold(f"closed bunny {name}: not enclosed", float(not of_changed["verified"]), 0)
+
+
 def check_torus(silmap, folder):
     model, asset = folder / "torus.ply", folder / "torus.glb"
     call(silmap, "generate", "torus", "--faces", 65536, "-o", model, "--json")
@@ -147,6 +180,10 @@ def main():
                 print(f"skipped: {SHARED / 'check'} is not here")
         else:
             print(f"skipped: {BUNNY} is not here")
+        if CLOSED_BUNNY.exists():
+            check_hulls(silmap, folder)
+        else:
+            print(f"skipped: {CLOSED_BUNNY} is not here")
     if failed:
         sys.exit("over the limit: " + ", ".join(failed))
 
