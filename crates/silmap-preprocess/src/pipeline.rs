@@ -6,6 +6,7 @@
 
 use std::time::Instant;
 
+use glam::Vec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh};
@@ -17,7 +18,7 @@ use thiserror::Error;
 
 use crate::capture::{CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
-use crate::hull::{self, HullError, HullParams, Tightening};
+use crate::hull::{self, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
 use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{SimplifyMapError, SimplifyMapParams, SimplifyMapReport, simplify};
@@ -86,6 +87,8 @@ pub struct BuildReport {
     pub views: u32,
     /// Views kept, the error curve, and the errors over all captured views.
     pub map: SimplifyMapReport,
+    /// Whether the hull, as it is stored, encloses the model.
+    pub hull_check: VerifyReport,
     /// Seconds of each stage.
     pub seconds: StageSeconds,
     /// What was odd.
@@ -181,7 +184,13 @@ pub fn build(
         texture::bake(model, &tree, &hull, &params.textures, monitor)
     })?;
 
+    let hull_check = timed(&mut seconds.hull, || check_hull(model, &hull, params));
+
     let mut warnings = stall_warnings(params, &map_report, &hull);
+    if !hull_check.encloses {
+        let escaped_rel = hull_check.escaped_rel;
+        warnings.push(PrepWarning::HullLeaks { escaped_rel });
+    }
     warnings.extend(over_budget(&params.textures, &textures));
     let record = BuildRecord {
         uniform_curve,
@@ -191,6 +200,7 @@ pub fn build(
     let report = BuildReport {
         views: params.views,
         map: map_report,
+        hull_check,
         seconds,
         warnings,
     };
@@ -302,6 +312,22 @@ fn uniform_curve(
     monitor.finish(Stage::Evaluate);
     monitor.check()?;
     Ok(curve)
+}
+
+/// Looks whether the hull in single precision encloses the model, or the model an inner one.
+fn check_hull(model: &ClosedMesh, hull: &CoarseHull, params: &BuildParams) -> VerifyReport {
+    let double = |&p: &[f32; 3]| Vec3::from(p).as_dvec3();
+    let hull = TriangleMesh {
+        positions: hull.positions.iter().map(double).collect(),
+        faces: hull.faces.clone(),
+        ..TriangleMesh::default()
+    };
+    let (inside, outside) = if params.hull.inner {
+        (&hull, model.mesh())
+    } else {
+        (model.mesh(), &hull)
+    };
+    hull::verify(inside, outside, &VerifyParams::default())
 }
 
 /// Targets that were not reached.
@@ -430,6 +456,8 @@ pub fn model_crc32(mesh: &TriangleMesh) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::capture::Backend;
     use crate::models;
@@ -465,9 +493,25 @@ mod tests {
         assert_eq!(asset.record.name, "torus");
         assert!(report.map.order.errors.mean > 0.0);
         assert_eq!(report.warnings, Vec::new());
+        assert!(report.hull_check.encloses, "{:?}", report.hull_check);
         // What is in memory is what comes back from the file.
         let bytes = asset::write(&asset).unwrap();
         assert_eq!(asset::read(&bytes).unwrap(), asset);
+    }
+
+    #[test]
+    fn a_hull_that_single_precision_breaks_is_said() {
+        let mut far = models::torus(600);
+        for position in &mut far.positions {
+            *position += DVec3::splat(1e5);
+        }
+        let mut params = small_params();
+        params.hull.target_faces = 500;
+        let far = ClosedMesh::try_from(far).unwrap();
+        let (_, report) = build(&far, "torus", &params, &Monitor::silent()).unwrap();
+        assert!(!report.hull_check.encloses, "{:?}", report.hull_check);
+        let is_leak = |w: &PrepWarning| matches!(w, PrepWarning::HullLeaks { .. });
+        assert!(report.warnings.iter().any(is_leak), "{:?}", report.warnings);
     }
 
     #[test]

@@ -64,6 +64,11 @@ pub enum PrepWarning {
         /// Faces reached.
         reached: u32,
     },
+    /// The model pokes out of the hull, as it is stored.
+    HullLeaks {
+        /// Largest distance of a point of the model outside, over the radius of its bounding sphere.
+        escaped_rel: f64,
+    },
     /// The mesh was changed to make it closed and oriented.
     Repaired {
         /// One sentence on what was done.
@@ -97,6 +102,12 @@ impl std::fmt::Display for PrepWarning {
                 write!(
                     f,
                     "the hull stopped at {reached} faces: no further collapse keeps it outside ({wanted} asked for)"
+                )
+            }
+            Self::HullLeaks { escaped_rel } => {
+                write!(
+                    f,
+                    "the model pokes out of the hull by {escaped_rel:.1e} of its radius: single precision is too coarse so far from the origin"
                 )
             }
             Self::Repaired { what } | Self::Ignored { what } => f.write_str(what),

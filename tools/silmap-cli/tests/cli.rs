@@ -142,6 +142,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "kept",
             "hull_faces",
             "volume_ratio",
+            "hull_verified",
             "textures.seen_share",
             "textures.atlas_share",
             "textures.view_texels_per_radius",

@@ -29,6 +29,8 @@ struct BuildJson<'a> {
     kept: usize,
     hull_faces: usize,
     volume_ratio: f64,
+    /// Whether the hull, as it is stored, encloses the model; null where no mesh was read.
+    hull_verified: Option<bool>,
     textures: TextureJson,
     error: ErrorJson,
     warnings: Vec<String>,
@@ -153,7 +155,8 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     };
     let warnings = model.warnings.iter().chain(&report.warnings);
     let warnings = warnings.map(ToString::to_string).collect();
-    tell(args, &asset, (bytes.len(), seconds), warnings)
+    let verified = Some(report.hull_check.encloses);
+    tell(args, &asset, (bytes.len(), seconds), (verified, warnings))
 }
 
 /// Makes an asset with fewer views of one that is there.
@@ -182,7 +185,7 @@ fn run_from(args: &BuildArgs, file: OutputFile, started: Instant) -> anyhow::Res
         total: started.elapsed().as_secs_f64(),
         ..SecondsJson::default()
     };
-    tell(args, &asset, (bytes.len(), seconds), Vec::new())
+    tell(args, &asset, (bytes.len(), seconds), (None, Vec::new()))
 }
 
 /// Options that are wrong together.
@@ -215,7 +218,7 @@ fn tell(
     args: &BuildArgs,
     asset: &Asset,
     (bytes, seconds): (usize, SecondsJson),
-    warnings: Vec<String>,
+    (hull_verified, warnings): (Option<bool>, Vec<String>),
 ) -> anyhow::Result<()> {
     let record = &asset.record;
     let errors = record
@@ -243,6 +246,7 @@ fn tell(
         kept: asset.map.views.len(),
         hull_faces: asset.hull.faces.len(),
         volume_ratio: asset.hull.volume_ratio,
+        hull_verified,
         textures: TextureJson::of(asset),
         error: ErrorJson {
             misclassified_mean: errors.mean,
