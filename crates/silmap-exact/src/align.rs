@@ -150,15 +150,16 @@ impl Fit<'_> {
     /// Goes from `start` to where the outlines fit best.
     fn descend(&mut self, start: &Camera, params: &AlignParams) -> Result<Pose, AlignError> {
         let mut camera = *start;
-        let mut best: Option<Pose> = None;
-        for round in 1..=params.rounds {
+        let (mut best, mut rounds): (Option<Pose>, u32) = (None, 0);
+        while rounds < params.rounds {
+            rounds += 1;
             let rim = self.rim(&camera)?;
             let (distance_px, step) = self.step(&rim, &camera)?;
             if best.is_none_or(|b| distance_px < b.distance_px) {
                 best = Some(Pose {
                     camera,
                     distance_px,
-                    rounds: round,
+                    rounds,
                 });
             }
             let (turn, shift) = step;
@@ -171,7 +172,8 @@ impl Fit<'_> {
                 .map_or(DMat3::IDENTITY, |axis| DMat3::from_axis_angle(axis, angle));
             camera = moved(&camera, self.center, rotation, shift * self.radius);
         }
-        best.ok_or(AlignError::NothingNear)
+        best.map(|best| Pose { rounds, ..best })
+            .ok_or(AlignError::NothingNear)
     }
 
     fn rim(&mut self, camera: &Camera) -> Result<Vec<RimPoint>, AlignError> {

@@ -110,13 +110,19 @@ pub(super) fn rim_points(
     outline: &[Loop],
     camera: &Camera,
 ) -> Vec<RimPoint> {
-    let bands = Bands::new(outline);
+    let size = camera.size();
+    let bands = Bands::new(outline, size.y);
     let mut rim = Vec::new();
     // So that short edges are not seen more often than long ones.
     let mut since = 0.0;
     for edge in edges {
         let ends = [edge.from, edge.to].map(|v| positions[v as usize]);
         let [a, b] = ends.map(|p| camera.image_from_object(p));
+        // What an eye close to the model sees far beside the image fits nothing.
+        let is_beside = |p: DVec2| p.cmplt(-size).any() || p.cmpgt(2.0 * size).any();
+        if is_beside(a) || is_beside(b) {
+            continue;
+        }
         let length = a.distance(b);
         since += length;
         if since < STEP_PX {
@@ -143,16 +149,16 @@ pub(super) fn rim_points(
     rim
 }
 
-/// The segments of an outline by the rows that they pass.
+/// The segments of an outline by the rows that they pass, as far as these lie within an image's height of the image.
 struct Bands {
     first: i64,
     segments: Vec<Vec<[DVec2; 2]>>,
 }
 
 impl Bands {
-    fn new(outline: &[Loop]) -> Self {
+    fn new(outline: &[Loop], height_px: f64) -> Self {
         let ys = || outline.iter().flatten().map(|p| p.y);
-        let band = |y: f64| (y / BAND_PX).floor() as i64;
+        let band = |y: f64| (y.clamp(-height_px, 2.0 * height_px) / BAND_PX).floor() as i64;
         let lowest = ys().fold(f64::INFINITY, f64::min);
         let highest = ys().fold(f64::NEG_INFINITY, f64::max);
         if lowest > highest {

@@ -158,3 +158,17 @@ fn what_cannot_be_fitted_is_said() {
         Err(AlignError::Outline(_))
     ));
 }
+
+#[test]
+fn an_eye_close_to_the_model_is_no_trouble() {
+    let mesh = crooked();
+    let truth = camera(&mesh, DVec3::X);
+    let outline = outline_of(&mesh, &truth);
+    // Within a hair of a vertex, which is seen millions of pixels beside the image.
+    let corner = mesh.mesh().positions[0];
+    for away in [1e-3, 1e-7] {
+        let eye = corner + truth.right * away;
+        let close = Camera { eye, ..truth };
+        let _ = refine_pose(&mesh, &outline, &close, &AlignParams::default());
+    }
+}

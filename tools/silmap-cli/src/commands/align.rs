@@ -123,9 +123,9 @@ fn read_pose(path: &Path, size: (u32, u32), bounds: &Bounds) -> anyhow::Result<C
         );
     };
     let (PoseFile::Whole { camera: pose } | PoseFile::Bare(pose)) = file;
-    let [eye, target, up] = [Some(pose.eye), pose.target, pose.up].map(|p| p.map(DVec3::from));
-    let eye = eye.unwrap_or(bounds.center);
-    let target = target.unwrap_or(bounds.center);
+    let eye = DVec3::from(pose.eye);
+    let target = pose.target.map_or(bounds.center, DVec3::from);
+    let up = pose.up.map(DVec3::from);
     let camera = match pose.fov_y_degrees {
         Some(degrees) => Camera::look_at(eye, target, up, degrees.to_radians(), size),
         None => Camera::fit_sphere(eye, bounds.center, bounds.radius, None, size)
