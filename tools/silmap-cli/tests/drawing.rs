@@ -1,0 +1,338 @@
+//! What the binary draws and measures from the full mesh: exact edges, pictures in all modes, benches.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on fails where it stands"
+)]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{
+    check_fields, check_one_sentence, fixture, is_gpu_skipped, path, run, run_json, scratch,
+};
+
+/// The methods of `silmap edges`.
+const EDGE_METHODS: &[&str; 8] = &[
+    "brute",
+    "brute-parallel",
+    "list",
+    "hash",
+    "table",
+    "cones",
+    "jc",
+    "dual",
+];
+
+#[test]
+fn every_method_finds_the_same_edges() {
+    let model = path(&fixture().model);
+    let mut lists = Vec::new();
+    for viewpoint in ["--eye=-1,2,3.5", "--direction=-1,2,3.5"] {
+        for method in EDGE_METHODS {
+            let arguments = [
+                "edges", model, viewpoint, "--method", method, "--list", "--json",
+            ];
+            let result = run_json(&arguments);
+            check_fields(
+                &result,
+                &[
+                    "method",
+                    "silhouette_edges",
+                    "tested_edges",
+                    "visited_nodes",
+                    "data_bytes",
+                    "build_seconds",
+                    "seconds_median",
+                    "edges.0.1",
+                    "vertices.0.2",
+                ],
+            );
+            assert_eq!(result["method"], *method);
+            let edges = result["edges"].as_array().unwrap().clone();
+            assert_eq!(result["silhouette_edges"], edges.len());
+            assert!(edges.len() > 20, "{method}: {}", edges.len());
+            lists.push(edges);
+        }
+    }
+    let (near, far) = lists.split_at(EDGE_METHODS.len());
+    assert!(near.iter().all(|l| *l == near[0]));
+    assert!(far.iter().all(|l| *l == far[0]));
+    assert_ne!(near[0], far[0]);
+}
+
+#[test]
+fn a_walk_of_edges_is_measured_and_the_last_ones_are_drawn() {
+    let folder = scratch("edges-walk");
+    let (model, svg) = (path(&fixture().model), folder.join("lines.svg"));
+    let walk = |method: &str| {
+        let result = run_json(&[
+            "edges",
+            model,
+            "--eye=-1,2,3.5",
+            "--method",
+            method,
+            "--walk",
+            "20",
+            "--repeat",
+            "2",
+            "--svg",
+            path(&svg),
+            "--json",
+        ]);
+        check_fields(
+            &result,
+            &[
+                "walk.viewpoints",
+                "walk.silhouette_edges_mean",
+                "walk.tested_edges_mean",
+                "walk.visited_nodes_mean",
+            ],
+        );
+        let text = fs::read_to_string(&svg).unwrap();
+        assert!(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
+        assert!(
+            text.matches('Z').count() >= 2,
+            "a torus has two loops or more"
+        );
+        (result["silhouette_edges"].clone(), text)
+    };
+    let drawn = EDGE_METHODS.map(walk);
+    assert!(drawn.iter().all(|d| *d == drawn[0]));
+    // Edges have a meaning within the model, pictures of it have none.
+    let inside = ["edges", model, "--eye", "1,0,0"];
+    assert_eq!(run(&inside).code, 0);
+    let ended = run(&[&inside[..], &["--svg", path(&svg)]].concat());
+    check_one_sentence(&ended, "a picture from within");
+    assert!(ended.err.contains("--eye 1,0,0"), "{}", ended.err);
+}
+
+#[test]
+fn pictures_have_the_size_asked_for_and_differ_by_mode() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model, folder) = (
+        path(&fixture().asset),
+        path(&fixture().model),
+        scratch("render"),
+    );
+    let mut seen: Vec<Vec<u8>> = Vec::new();
+    for mode in [
+        "original",
+        "coarse",
+        "textured",
+        "clipped",
+        "exact",
+        "silhouette",
+        "difference",
+        "edges-equal",
+        "edges-wireframe",
+        "edges-translate",
+        "edges-fatten",
+        "edges-charcoal",
+    ] {
+        let out = folder.join(format!("{mode}.png"));
+        let ended = run(&[
+            "render",
+            asset,
+            "--eye",
+            "1,3,2",
+            "--size",
+            "96x64",
+            "--mode",
+            mode,
+            "--model",
+            model,
+            "--antialias",
+            "none",
+            "-o",
+            path(&out),
+        ]);
+        assert_eq!(ended.code, 0, "{mode}: {}", ended.err);
+        let picture = image::open(&out).unwrap().to_rgba8();
+        assert_eq!(picture.dimensions(), (96, 64), "{mode}");
+        assert_eq!(
+            picture.get_pixel(0, 0).0,
+            [255; 4],
+            "{mode}: the background"
+        );
+        let bytes = picture.into_raw();
+        assert!(!seen.contains(&bytes), "{mode} looks like another mode");
+        seen.push(bytes);
+    }
+}
+
+#[test]
+fn the_exact_mode_tells_of_its_fans() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model, folder) = (
+        path(&fixture().asset),
+        path(&fixture().model),
+        scratch("exact"),
+    );
+    let out = folder.join("exact.png");
+    let drawn = run_json(&[
+        "render",
+        asset,
+        "--eye",
+        "1,3,2",
+        "--mode",
+        "exact",
+        "--model",
+        model,
+        "--json",
+        "-o",
+        path(&out),
+    ]);
+    let number = |name: &str| drawn["fans"][name].as_f64().unwrap();
+    assert!(number("loops") >= 1.0 && number("loops_decomposed") >= number("loops"));
+    assert!(number("fan_area_decomposed") <= number("fan_area"));
+    assert!(number("fan_area_decomposed") > 1000.0);
+}
+
+#[test]
+fn lines_are_drawn_of_a_model_alone_and_of_faces_turned_any_way() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let folder = scratch("lines");
+    // An open box whose sides are turned this way and that: no other command takes it.
+    let soup = folder.join("soup.obj");
+    fs::write(
+        &soup,
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+         f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\n",
+    )
+    .unwrap();
+    let draw = |name: &str, model: &Path, more: &[&str]| {
+        let out = folder.join(name);
+        let mut arguments = vec!["render", "--model", path(model), "--eye", "4,3,2", "--size"];
+        arguments.extend(["96x96", "--mode", "edges-fatten", "-o", path(&out)]);
+        arguments.extend(more);
+        let ended = run(&arguments);
+        assert_eq!(ended.code, 0, "{name}: {}", ended.err);
+        let picture = image::open(&out).unwrap().to_luma8();
+        picture.pixels().filter(|p| p.0[0] < 128).count()
+    };
+    let model = &fixture().model;
+    let (thin, wide) = (
+        draw("thin.png", model, &["--width", "1"]),
+        draw("wide.png", model, &["--width", "4"]),
+    );
+    assert!(thin > 50 && wide > 2 * thin, "{thin} and {wide}");
+    assert!(draw("soup.png", &soup, &["--soup"]) > 50);
+
+    let out = folder.join("never.png");
+    let line = [
+        "render",
+        "--model",
+        path(&soup),
+        "--eye",
+        "4,3,2",
+        "-o",
+        path(&out),
+    ];
+    for more in [
+        &["--mode", "clipped"][..],
+        &["--mode", "original", "--soup"],
+        &["--mode", "edges-fatten", "--soup", "--close-holes"],
+        &["--mode", "edges-fatten", "--width", "0"],
+    ] {
+        let ended = run(&[&line[..], more].concat());
+        assert_eq!(ended.code, 2, "{more:?}: {}", ended.err);
+    }
+    let ended = run(&[&line[..], &["--mode", "edges-fatten"]].concat());
+    check_one_sentence(&ended, "an open model without --soup");
+    assert!(!out.exists());
+}
+
+#[test]
+fn bench_says_what_scripts_read() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model) = (path(&fixture().asset), path(&fixture().model));
+    let faces = run_json(&["inspect", asset, "--json"])["model"]["faces"].clone();
+    let finer = (4 * faces.as_u64().unwrap()).to_string();
+    let measured = run_json(&[
+        "bench",
+        model,
+        "--asset",
+        asset,
+        "--faces-full",
+        &finer,
+        "--size",
+        "160x120",
+        "--repeat",
+        "3",
+        "--instances",
+        "2",
+        "--edges",
+        "brute",
+        "--edges",
+        "dual",
+        "--json",
+    ]);
+    check_fields(&measured, &["adapter", "timing", "ratios"]);
+    let rows = measured["rows"].as_array().unwrap();
+    let row = |name: &str| {
+        let found = rows.iter().find(|r| r["name"] == name);
+        found.unwrap_or_else(|| panic!("{name} is missing"))
+    };
+    let number = |name: &str, field: &str| row(name)[field].as_f64().unwrap();
+    for name in [
+        "full",
+        "simplified",
+        "hull",
+        "clipped-tight-soft",
+        "clipped-hull-none",
+        "clipped-paper-msaa",
+        "exact-brute",
+        "exact-dual",
+    ] {
+        assert!(number(name, "seconds_median") > 0.0, "{name}");
+        assert!(number(name, "cpu_seconds_median") > 0.0, "{name}");
+        assert_eq!(number(name, "repeat"), 3.0, "{name}");
+        if name != "full" {
+            let ratio = &measured["ratios"][format!("full/{name}")];
+            assert!(ratio.as_f64().unwrap() > 0.0, "{name}");
+        }
+    }
+    for name in [
+        "edges-brute",
+        "edges-dual",
+        "contour-tight",
+        "contour-hull",
+        "contour-paper",
+    ] {
+        assert!(number(name, "seconds_median") > 0.0, "{name}");
+        assert_eq!(number(name, "repeat"), 6.0, "{name}");
+    }
+    assert_eq!(number("full", "faces").to_string(), finer);
+    assert_eq!(
+        number("edges-brute", "silhouette_edges"),
+        number("edges-dual", "silhouette_edges")
+    );
+    // What is exact has no error to speak of, what is interpolated some, and the bare hull the most.
+    let [exact, tight, hull] =
+        ["exact-dual", "clipped-tight-none", "hull"].map(|n| number(n, "outline_error"));
+    assert!(
+        exact < 0.01 && number("full", "outline_error") < 0.01,
+        "{exact}"
+    );
+    assert!(exact < tight && tight < hull, "{exact}, {tight}, {hull}");
+    assert!((tight - number("contour-tight", "outline_error")).abs() < 0.1);
+    let simplified = number("simplified", "outline_error");
+    assert!(0.01 < simplified && simplified < hull, "{simplified}");
+    assert!(number("simplified", "faces") <= number("hull", "faces"));
+
+    let told = run(&[
+        "bench", model, "--asset", asset, "--size", "64x64", "--repeat", "1", "--edges", "brute",
+    ]);
+    assert!(told.out.contains("clipped-tight-soft"), "{told:?}");
+}
