@@ -24,7 +24,8 @@ fn a_warm_walk_allocates_nothing() {
         .map(|k| {
             let turn = f64::from(k) * 0.1;
             let direction = DVec3::new(turn.cos(), 0.5 * (0.7 * turn).sin(), turn.sin());
-            let distance = map.radius * (2.9 + 0.5 * (3.0 * turn).sin());
+            // On the polytope, and far enough off it on both sides.
+            let distance = map.radius * (3.0 + 1.8 * (3.0 * turn).sin());
             let eye = map.center + direction.normalize_or_zero() * distance;
             let size = sizes[k as usize / 7 % sizes.len()];
             Camera::fit_sphere(eye, map.center, map.radius, None, (size, size)).unwrap()

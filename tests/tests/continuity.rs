@@ -92,6 +92,26 @@ fn tight_hardly_jumps_across_edges_or_inside_triangles() {
     );
 }
 
+/// Coming nearer and going away, outlines are put together from sectors, more and more.
+#[test]
+fn outlines_follow_an_eye_that_leaves_the_polytope() {
+    let (map, _) = dense(&models::torus(2048), 96, 256, 0.5, CoverageRule::Center);
+    let mut reader = Reader::new(&map);
+    let mut worst = 0.0_f64;
+    let mut moved = 0.0;
+    for direction in [DVec3::new(0.2, 1.0, 0.3), DVec3::new(1.0, 0.3, -0.4)] {
+        let eye = |distance: f64| map.center + direction.normalize_or_zero() * distance;
+        for k in 0..300 {
+            let distance = map.radius * 1.8 * 1.004_f64.powi(k);
+            let hair = [eye(distance), eye(distance * (1.0 + 1e-6))];
+            worst = worst.max(reader.change(hair, Method::Tight));
+            moved += reader.change([eye(distance), eye(distance * 1.004)], Method::Tight);
+        }
+    }
+    assert!(moved > 0.05, "the walk moves nothing ({moved})");
+    assert!(worst < 1e-3, "a hair moves {worst}");
+}
+
 /// As [`Reader::change`], of the true silhouette.
 fn exact_change(mesh: &TriangleMesh, reader: &Reader<'_>, eyes: [DVec3; 2]) -> f64 {
     let [one, two] = eyes.map(|eye| {

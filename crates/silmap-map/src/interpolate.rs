@@ -21,6 +21,7 @@ use crate::project::{Projection, Round, project_loops};
 use crate::rectified::{
     EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
 };
+use crate::sectors::{Sectors, Views};
 use crate::tidy::{CrumbScratch, PieceCounts};
 use crate::{SilhouetteMap, ViewContour};
 
@@ -199,6 +200,10 @@ pub struct Scratch {
     /// Of each view.
     pieces: Vec<PieceCounts>,
     crumbs: CrumbScratch,
+    sectors: Sectors,
+    /// The outline off the polytope, before it was tidied.
+    region: FlatLoops,
+    is_by_sectors: bool,
     simple: FlatLoops,
 }
 
@@ -216,6 +221,9 @@ impl Scratch {
             intersect: IntersectScratch::default(),
             pieces: map.views.iter().map(PieceCounts::of_view).collect(),
             crumbs: CrumbScratch::default(),
+            sectors: Sectors::new(map),
+            region: FlatLoops::default(),
+            is_by_sectors: false,
             simple: FlatLoops::default(),
         })
     }
@@ -244,6 +252,28 @@ impl Scratch {
                 radius: map.radius,
             })?;
         self.last_triangle = location.triangle;
+        self.is_by_sectors = false;
+        if how.method == Method::Tight && how.transfer == Transfer::Depths {
+            let views = Views {
+                map,
+                polytope: &self.polytope,
+                pieces: &self.pieces,
+            };
+            let seen = (&location, camera);
+            let most = (self.sectors).interpolate(
+                &views,
+                &mut self.triangle,
+                seen,
+                how,
+                &mut self.region,
+            )?;
+            if let Some(most) = most {
+                self.is_by_sectors = true;
+                self.crumbs
+                    .leave_out_crumbs(&self.region, most, is_speck, &mut self.simple);
+                return Ok(location);
+            }
+        }
         let ids = map.triangles[location.triangle as usize];
         let layers = self
             .triangle
@@ -291,7 +321,11 @@ pub fn outline(
 ) -> Result<Outline, InterpolateError> {
     let how = how.into();
     let location = scratch.interpolate(map, camera, how)?;
-    let layers = scratch.triangle.layers(how.method);
+    let layers = if scratch.is_by_sectors {
+        std::slice::from_ref(&scratch.region)
+    } else {
+        scratch.triangle.layers(how.method)
+    };
     Ok(Outline {
         triangle: location.triangle,
         barycentric: location.barycentric,

@@ -17,6 +17,7 @@ pub mod polytope;
 mod project;
 mod rectified;
 mod rows;
+mod sectors;
 mod side;
 pub mod silhouette_map;
 mod span;
@@ -24,6 +25,7 @@ mod span;
 pub mod stages;
 mod tidy;
 mod tight;
+mod wedges;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
