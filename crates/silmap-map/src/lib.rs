@@ -9,10 +9,12 @@ mod clique;
 mod connect;
 pub mod epipolar;
 mod follow;
-pub mod interpolate;
+mod interpolate;
 mod intersect;
 mod linear;
 mod loops;
+mod method;
+mod outline;
 pub mod polytope;
 mod project;
 mod rectified;
@@ -31,10 +33,9 @@ pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
     EncodedImage, TextureSet, TextureView,
 };
-pub use interpolate::{
-    DETAIL_BOUND_PX, Detail, InterpolateError, Interpolation, Method, Outline, Scratch, Transfer,
-    TriangleInterpolator, outline,
-};
+pub use interpolate::TriangleInterpolator;
 pub use loops::{FlatLoops, Loops};
+pub use method::{DETAIL_BOUND_PX, Detail, Interpolation, Method, Transfer};
+pub use outline::{InterpolateError, Outline, Scratch, outline};
 pub use polytope::{Location, Polytope, PolytopeError};
 pub use silhouette_map::{BoundingSphere, CapturedView, SilhouetteMap, ViewContour};

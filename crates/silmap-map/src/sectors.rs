@@ -12,8 +12,10 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use silmap_geometry::Camera;
 
 use crate::epipolar::{image_from_object, object_from_image};
-use crate::interpolate::{Detail, InterpolateError, Interpolation, TriangleInterpolator};
+use crate::interpolate::TriangleInterpolator;
 use crate::loops::{DeepLoops, FlatLoops};
+use crate::method::{Detail, Interpolation};
+use crate::outline::InterpolateError;
 use crate::polytope::{Location, Polytope};
 use crate::project::{Projection, project_loops};
 use crate::tidy::PieceCounts;

@@ -3,8 +3,8 @@
 use glam::DVec2;
 use silmap_geometry::{Camera, CameraError, Loop};
 use silmap_gpu::{GpuError, wgpu};
-use silmap_map::interpolate::{InterpolateError, Method};
 use silmap_map::polytope::PolytopeError;
+use silmap_map::{InterpolateError, Method};
 use thiserror::Error;
 
 /// What is drawn.

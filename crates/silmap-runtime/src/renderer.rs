@@ -7,8 +7,7 @@ use glam::DVec3;
 use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
 use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
-use silmap_map::interpolate::{self, Method, Outline, Scratch};
-use silmap_map::{Asset, SilhouetteMap};
+use silmap_map::{Asset, Method, Outline, Scratch, SilhouetteMap};
 
 use crate::clip::ClipBuffers;
 use crate::hull_paint::HullBuffers;
@@ -186,7 +185,7 @@ impl Renderer {
             return Ok(None);
         }
         let (map, scratch) = self.map.as_mut().ok_or(RenderError::NoAsset { mode })?;
-        let outline = interpolate::outline(map, &params.camera, params.method, scratch)?;
+        let outline = silmap_map::outline(map, &params.camera, params.method, scratch)?;
         Ok(Some(outline))
     }
 
