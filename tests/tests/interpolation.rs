@@ -151,28 +151,43 @@ fn scaling_and_moving_the_model_moves_nothing_in_the_image() {
     }
 }
 
+fn mean_error(
+    (map, mesh): (&SilhouetteMap, &TriangleMesh),
+    method: Method,
+    (place, transfer): (Place, Transfer),
+) -> f64 {
+    let params = EvaluateParams {
+        viewpoints: 60,
+        place,
+        transfer,
+        methods: vec![method],
+        size_px: 256,
+        ..EvaluateParams::default()
+    };
+    summarise(&evaluate(map, mesh, &params, &Monitor::silent()).unwrap())[0].misclassified_mean
+}
+
 /// Off the polytope every ray is followed to where it crosses it. The homography of one plane is the negative control.
 #[test]
 fn errors_hardly_grow_off_the_polytope() {
     let mesh = models::torus(4096);
-    let (map, _) = dense(&mesh, 96, 256, 0.5, CoverageRule::Center);
-    let at = |place, transfer| {
-        let params = EvaluateParams {
-            viewpoints: 60,
-            place,
-            transfer,
-            methods: vec![Method::Tight],
-            size_px: 256,
-            ..EvaluateParams::default()
-        };
-        summarise(&evaluate(&map, &mesh, &params, &Monitor::silent()).unwrap())[0]
-            .misclassified_mean
-    };
-    let polytope = at(Place::Polytope, Transfer::Depths);
-    let shell = at(Place::Shell, Transfer::Depths);
-    let by_plane = at(Place::Shell, Transfer::Homography);
+    let (mut map, _) = dense(&mesh, 96, 256, 0.5, CoverageRule::Center);
+    let tight = |place, transfer| mean_error((&map, &mesh), Method::Tight, (place, transfer));
+    let polytope = tight(Place::Polytope, Transfer::Depths);
+    let shell = tight(Place::Shell, Transfer::Depths);
+    let by_plane = tight(Place::Shell, Transfer::Homography);
     assert!(
         shell < 1.5 * polytope && by_plane > 3.0 * polytope,
         "polytope {polytope}, shell {shell}, by the homography {by_plane}"
+    );
+    // Without depths the homography carries each sector.
+    for contour in map.views.iter_mut().flat_map(|v| &mut v.contours) {
+        contour.depths.clear();
+    }
+    let hull = |transfer| mean_error((&map, &mesh), Method::Hull, (Place::Shell, transfer));
+    let (by_sectors, by_plane) = (hull(Transfer::Depths), hull(Transfer::Homography));
+    assert!(
+        by_sectors < 0.6 * by_plane,
+        "by sectors {by_sectors}, by the homography {by_plane}"
     );
 }

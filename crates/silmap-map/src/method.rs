@@ -58,7 +58,8 @@ impl Method {
 /// How an outline seen from the polytope is carried to an eye off it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Transfer {
-    /// Each contour vertex is a point in space: it is seen where it is. The homography where contours have no depths.
+    /// Each contour vertex is a point in space: it is seen where it is. The homography where contours have no depths. Well off the
+    /// polytope, [`Method::Tight`] and [`Method::Hull`] do so for each sector of the picture.
     #[default]
     Depths,
     /// By the homography of the plane through the center parallel to the polytope's triangle (section 5).

@@ -1,7 +1,7 @@
 //! The outline for any eye: a map made ready for reading, and reading it.
 //!
 //! Source: Silhouette Mapping, section 5: find the triangle that faces the eye, interpolate between its views, map to the eye.
-//! Deviation: off the polytope [`Method::Tight`] does so for each sector of the picture; what comes out is tidied.
+//! Deviation: off the polytope [`Method::Tight`] and [`Method::Hull`] do so for each sector of the picture; what comes out is tidied.
 
 use silmap_geometry::camera::in_short;
 use silmap_geometry::{Camera, Loop};
@@ -60,7 +60,7 @@ pub struct Outline {
     pub barycentric: [f64; 3],
     /// The level of detail of the contours it was interpolated from.
     pub level: u8,
-    /// Regions in pixels of the camera, all of which cover what is inside: three for [`Method::Hull`], else one. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
+    /// Regions in pixels of the camera, all of which cover what is inside: three for [`Method::Hull`] on the polytope, else one. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
     pub layers: Vec<Vec<Loop>>,
     simple: Vec<Loop>,
 }
@@ -85,7 +85,7 @@ pub struct Scratch {
     pieces: Vec<PieceCounts>,
     crumbs: CrumbScratch,
     sectors: Sectors,
-    /// The outline off the polytope, before it was tidied.
+    /// What one region or all sectors outline, before it is tidied.
     region: FlatLoops,
     is_by_sectors: bool,
     simple: FlatLoops,
@@ -137,7 +137,7 @@ impl Scratch {
             })?;
         self.last_triangle = location.triangle;
         self.is_by_sectors = false;
-        if how.method == Method::Tight && how.transfer == Transfer::Depths {
+        if how.method != Method::Paper && how.transfer == Transfer::Depths {
             let views = Views {
                 map,
                 polytope: &self.polytope,
@@ -153,8 +153,7 @@ impl Scratch {
             )?;
             if let Some(most) = most {
                 self.is_by_sectors = true;
-                self.crumbs
-                    .leave_out_crumbs(&self.region, most, is_speck, &mut self.simple);
+                self.tidy(how.method, most);
                 return Ok(location);
             }
         }
@@ -168,20 +167,26 @@ impl Scratch {
             })?;
         match layers {
             [a, b, c] => self.intersect.intersect([a, b, c], &mut self.simple),
-            [region] if how.method == Method::Tight => {
+            regions => {
+                self.region.assign(regions.iter().flat_map(FlatLoops::iter));
                 let views = ids.map(|v| self.pieces[v as usize]);
                 let most = views.into_iter().fold(views[0], PieceCounts::max);
-                self.crumbs
-                    .leave_out_crumbs(region, most, is_speck, &mut self.simple);
+                self.tidy(how.method, most);
             }
-            _ => self.simple.assign(
-                layers
-                    .iter()
-                    .flat_map(FlatLoops::iter)
-                    .filter(|l| !is_speck(l)),
-            ),
         }
         Ok(location)
+    }
+
+    /// Leaves out of the region what is nothing, and by [`Method::Tight`] also crumbs that no view shows: they have at most so many
+    /// pieces.
+    fn tidy(&mut self, method: Method, most: PieceCounts) {
+        if method == Method::Tight {
+            self.crumbs
+                .leave_out_crumbs(&self.region, most, is_speck, &mut self.simple);
+        } else {
+            let loops = self.region.iter().filter(|l| !is_speck(l));
+            self.simple.assign(loops);
+        }
     }
 
     /// The outline that was interpolated last: simple loops that do not overlap, in pixels of the camera.

@@ -13,6 +13,7 @@ use silmap_geometry::Camera;
 
 use crate::epipolar::{image_from_object, object_from_image};
 use crate::interpolate::TriangleInterpolator;
+use crate::intersect::IntersectScratch;
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::method::{Detail, Interpolation};
 use crate::outline::InterpolateError;
@@ -53,14 +54,16 @@ impl Rim {
     fn of_view(view: &CapturedView, center: DVec3) -> Self {
         let mut length_sum = 0.0;
         let (mut mean, mut square) = (DVec3::ZERO, DMat3::ZERO);
-        for contour in view.contours.iter().filter(|c| !c.depths.is_empty()) {
-            let n = contour.points.len().min(contour.depths.len());
+        // Where there are no depths, as if it lay beside the center.
+        let beside = view.camera.depth(center);
+        for contour in &view.contours {
+            let n = contour.points.len();
             let place = |k: usize| {
-                let (point_px, depth) = (contour.points[k % n], contour.depths[k % n]);
-                view.camera.object_from_image(point_px, depth) - center
+                let depth = contour.depths.get(k).copied().unwrap_or(beside);
+                view.camera.object_from_image(contour.points[k], depth) - center
             };
             for k in 0..n {
-                let (a, b) = (place(k), place(k + 1));
+                let (a, b) = (place(k), place((k + 1) % n));
                 let (middle, length) = ((a + b) * 0.5, a.distance(b));
                 length_sum += length;
                 mean += middle * length;
@@ -95,6 +98,9 @@ fn outer(v: DVec3) -> DMat3 {
 #[derive(Clone, Debug)]
 pub(crate) struct Sectors {
     rims: Vec<Rim>,
+    intersect: IntersectScratch,
+    /// What the three orders of [`Method::Hull`](crate::Method::Hull) share.
+    shared: FlatLoops,
     join: WedgeJoin,
     joined: DeepLoops,
 }
@@ -111,6 +117,8 @@ impl Sectors {
         let rims = map.views.iter().map(|v| Rim::of_view(v, map.center));
         Self {
             rims: rims.collect(),
+            intersect: IntersectScratch::default(),
+            shared: FlatLoops::default(),
             join: WedgeJoin::default(),
             joined: DeepLoops::default(),
         }
@@ -156,7 +164,13 @@ impl Sectors {
                     one: ids[i],
                     two: ids[j],
                 })?;
-            self.join.add(k, &layers[0]);
+            match layers {
+                [a, b, c] => {
+                    self.intersect.intersect([a, b, c], &mut self.shared);
+                    self.join.add(k, &self.shared);
+                }
+                regions => regions.iter().for_each(|region| self.join.add(k, region)),
+            }
             most = (ids.into_iter()).fold(most, |most, v| most.max(views.pieces[v as usize]));
         }
         self.join.finish(&mut self.joined);
