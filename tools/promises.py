@@ -66,12 +66,24 @@ def check_bunny(silmap, folder):
     check_textures(built, evaluation["textures"])
     hold("bunny: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 3.0, " %")
     hold("bunny: paper misclassified", percent_of(evaluation, "paper", "misclassified_mean"), 4.0, " %")
-    hold("bunny: tight misclassified", percent_of(evaluation, "tight", "misclassified_mean"), 0.9, " %")
+    tight = percent_of(evaluation, "tight", "misclassified_mean")
+    hold("bunny: tight misclassified", tight, 0.9, " %")
+    hold("bunny: tight over paper", tight / percent_of(evaluation, "paper", "misclassified_mean"), 0.333)
+    shell = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--where", "shell", "--method", "tight", "--json")
+    hold("bunny: tight off the polytope over tight on it", percent_of(shell, "tight", "misclassified_mean") / tight, 1.5)
+    check_fewer_views(silmap, "bunny", asset, [BUNNY, "--close-holes"], 2.2, folder)
     eye = "--eye=" + ",".join(map(str, evaluation["per_viewpoint"][0]["eye"]))
     for method in ("hull", "paper", "tight"):
         times = sorted(call(silmap, "contour", asset, eye, "--method", method, "--json")["seconds"] for _ in range(21))
         hold(f"bunny: contour by {method}, median", 1e3 * times[10], 1.0, " ms")
     return asset
+
+
+def check_fewer_views(silmap, name, asset, model, limit, folder):
+    fewer = folder / "fewer.glb"
+    call(silmap, "build", "--from", asset, "--keep", 64, "-o", fewer, "--json")
+    evaluation = call(silmap, "evaluate", fewer, "--model", *model, "--viewpoints", 200, "--method", "tight", "--json")
+    hold(f"{name}: tight misclassified with 64 views", percent_of(evaluation, "tight", "misclassified_mean"), limit, " %")
 
 
 def check_textures(built, textures):
@@ -132,6 +144,7 @@ def check_torus(silmap, folder):
     evaluation = call(silmap, "evaluate", asset, "--model", model, "--viewpoints", 200, "--json")
     hold("torus: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 1.8, " %")
     hold("torus: tight misclassified", percent_of(evaluation, "tight", "misclassified_mean"), 0.45, " %")
+    check_fewer_views(silmap, "torus", asset, [model], 1.2, folder)
 
 
 def check_exact_pictures(silmap, asset, python):
