@@ -15,6 +15,7 @@ use crate::commands::open_gpu;
 use crate::files::{load_model, load_model_of, read_asset};
 use crate::machine;
 use crate::output;
+use crate::progress::Progress;
 use crate::subdivide::subdivide;
 
 /// From where the walk starts, and how far away it leads, in radii.
@@ -56,7 +57,11 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         target_faces: asset.hull.faces.len() as u32,
         ..SimplifyParams::default()
     };
-    let simplified = simplify(&model.mesh, &[], &params).with_context(named)?;
+    let simplified = Progress::new()
+        .count("simplifying", |watch| {
+            simplify(&model.mesh, &[], &params, watch)
+        })
+        .with_context(named)?;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
     let bench = Bench {
         full: &full,
