@@ -331,8 +331,18 @@ fn bench_says_what_scripts_read() {
     assert!(0.01 < simplified && simplified < hull, "{simplified}");
     assert!(number("simplified", "faces") <= number("hull", "faces"));
 
-    let told = run(&[
-        "bench", model, "--asset", asset, "--size", "64x64", "--repeat", "1", "--edges", "brute",
-    ]);
+    let small = ["--size", "64x64", "--repeat", "1", "--edges", "brute"];
+    let bench = ["bench", model, "--asset", asset];
+    let told = run(&[&bench[..], &small].concat());
     assert!(told.out.contains("clipped-tight-soft"), "{told:?}");
+    assert!(measured.get("comparison").is_none() && !told.out.contains("same-time"));
+
+    let measured = run_json(&[&bench[..], &small, &["--comparison", "--json"]].concat());
+    let comparison = &measured["comparison"];
+    assert_eq!(comparison["levels"].as_array().unwrap().len(), 2);
+    for method in silmap_exact::Method::ALL {
+        let pointer = format!("/frames/faces_in_the_same_time/{method}");
+        let pairs = comparison.pointer(&pointer).unwrap().as_array().unwrap();
+        assert_eq!((pairs.len(), &pairs[0][0]), (2, &500.into()), "{method}");
+    }
 }

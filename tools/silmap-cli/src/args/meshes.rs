@@ -189,6 +189,10 @@ pub(crate) struct BenchArgs {
     /// Methods of extraction to measure; may be given several times [default: all]
     #[arg(long, value_name = "WHICH", value_enum)]
     pub(crate) edges: Vec<ExtractionArg>,
+    /// Also over the model's resolution, as in a report: every method of extraction on hulls with fewer faces, and how many faces can be
+    /// drawn unclipped in the same time; takes minutes
+    #[arg(long)]
+    pub(crate) comparison: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
