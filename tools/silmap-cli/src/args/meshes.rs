@@ -124,7 +124,8 @@ impl From<ExtractionArg> for silmap_exact::Method {
 #[command(after_help = "\
 Examples:
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --svg lines.svg
-  silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json")]
+  silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json
+  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --outline outline.json")]
 #[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction"]))]
 pub(crate) struct EdgesArgs {
     /// The mesh
@@ -150,6 +151,10 @@ pub(crate) struct EdgesArgs {
     /// Draw the edges, hidden ones too, into this file
     #[arg(long, value_name = "FILE")]
     pub(crate) svg: Option<PathBuf>,
+    /// Write the outline against the background into this file: JSON with a camera in which the model's bounding sphere just fits, and
+    /// polygons in its pixels that do not cross
+    #[arg(long, value_name = "FILE")]
+    pub(crate) outline: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
