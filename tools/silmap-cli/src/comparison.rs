@@ -29,6 +29,8 @@ const SCATTERED_VIEWPOINTS: usize = 100;
 const SCATTERED_RADII: [f64; 2] = [2.0, 4.0];
 /// Frames are drawn from the first viewpoints of the walk.
 const FRAMES: usize = 31;
+/// Methods that take longer than this on the walk, seconds, are not drawn with.
+const LONGEST_IN_FRAMES: f64 = 0.1;
 /// Side of the pictures, pixels.
 const SIDE_PX: u32 = 512;
 
@@ -81,8 +83,13 @@ pub(crate) fn compare(
             searches.push(search);
         }
         if let (Some(gpu), Some(frames)) = (gpu, &mut comparison.frames) {
-            let times = bench(mesh, &cameras[..FRAMES]).frame_times(gpu, &mut searches)?;
-            for (method, &seconds) in methods.iter_mut().zip(&times.exact) {
+            let is_quick = |r: &&mut ExtractionResult| r.walk.seconds_median < LONGEST_IN_FRAMES;
+            let mut quick: Vec<Search<'_>> = (searches.into_iter().zip(&mut methods))
+                .filter(|(_, result)| is_quick(result))
+                .map(|(search, _)| search)
+                .collect();
+            let times = bench(mesh, &cameras[..FRAMES]).frame_times(gpu, &mut quick)?;
+            for (method, &seconds) in methods.iter_mut().filter(is_quick).zip(&times.exact) {
                 method.frame_seconds = Some(seconds);
             }
             add_frames(frames, mesh, times, asset);
@@ -161,6 +168,7 @@ fn scattered_eyes(center: DVec3, radius: f64) -> Vec<DVec3> {
 
 fn extracted(times: &SearchTimes) -> Extracted {
     Extracted {
+        viewpoints: times.seconds.len() as u32,
         silhouette_edges: times.silhouette_edges,
         tested_edges: times.tested_edges,
         visited_nodes: times.visited_nodes,

@@ -53,13 +53,16 @@ pub struct ExtractionResult {
     pub data_bytes: u64,
     /// Time to build them, seconds.
     pub build_seconds: f64,
-    /// For a frame of the hull clipped to what was found, on the walk, seconds: extraction, stencil and drawing. Where frames were drawn.
+    /// For a frame of the hull clipped to what was found, on the walk, seconds: extraction, stencil and drawing. Where frames were drawn
+    /// and the method does not take long.
     pub frame_seconds: Option<f64>,
 }
 
 /// Extraction at some viewpoints; counts are means over them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extracted {
+    /// How many: the first ones alone where a method takes long.
+    pub viewpoints: u32,
     /// Edges found.
     pub silhouette_edges: f64,
     /// Edges tested.
@@ -143,6 +146,17 @@ impl ComparisonLevel {
         Some(cost("jc")? / cost("cones")?.max(1.0))
     }
 
+    /// The method that takes the least time for some viewpoints in all, preparation included, on one thread; and that time.
+    fn fastest_in_all(&self, viewpoints: u32) -> Option<(&ExtractionResult, f64)> {
+        (self.methods.iter())
+            .filter(|r| r.method != PARALLEL)
+            .map(|r| {
+                let each = r.scattered.seconds_median;
+                (r, r.build_seconds + f64::from(viewpoints) * each)
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// The method that takes the least time.
     fn fastest(&self, motion: Motion, is_on_one_thread: bool) -> Option<&ExtractionResult> {
         (self.methods.iter())
@@ -178,13 +192,18 @@ impl Comparison {
     }
 
     /// The power of the number of silhouette edges with which a method's time grows, at scattered viewpoints: the slope of figure 9
-    /// with both axes logarithmic, by least squares.
+    /// with both axes logarithmic.
     fn growth(&self, method: &str) -> Option<f64> {
+        self.power(|level| Some(level.of(method)?.scattered.seconds_median))
+    }
+
+    /// The power of the number of silhouette edges with which something grows, by least squares over the levels.
+    fn power(&self, value: impl Fn(&ComparisonLevel) -> Option<f64>) -> Option<f64> {
         const FEWEST_LEVELS: usize = 3;
         let points: Vec<(f64, f64)> = (self.levels.iter())
             .filter_map(|level| {
-                let found = level.of(method)?.scattered;
-                Some((found.silhouette_edges.ln(), found.seconds_median.ln()))
+                let edges = level.of(BRUTE)?.scattered.silhouette_edges;
+                Some((edges.ln(), value(level)?.ln()))
             })
             .filter(|(x, y)| x.is_finite() && y.is_finite())
             .collect();
@@ -266,6 +285,7 @@ impl FrameResults {
 pub fn numbers(comparison: &Comparison) -> Value {
     let extracted = |e: &Extracted| {
         json!({
+            "viewpoints": e.viewpoints,
             "silhouette_edges": e.silhouette_edges,
             "tested_edges": e.tested_edges,
             "visited_nodes": e.visited_nodes,

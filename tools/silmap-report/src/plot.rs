@@ -43,6 +43,8 @@ pub(crate) enum Look {
     Dashed,
     /// Small dots, as many as there are.
     Cloud,
+    /// Large dots.
+    Dots,
     /// Large dots with the series' name beside them.
     Labelled,
     /// A star with the series' name beside it.
@@ -195,7 +197,7 @@ where
                 let dot = |&p: &(f64, f64)| Circle::new(p, 2, colour.mix(0.65).filled());
                 chart.draw_series(s.points.iter().map(dot))?;
             }
-            Look::Labelled => {
+            Look::Dots | Look::Labelled => {
                 let dot = |&p: &(f64, f64)| Circle::new(p, 5, colour.filled());
                 chart.draw_series(s.points.iter().map(dot))?;
             }
@@ -293,7 +295,7 @@ fn draw_legend_entry(area: &Area<'_>, s: &Series, (x, y): (i32, i32)) -> DrawRes
     let colour = rgb(s.colour);
     let line = |from, to| PathElement::new(vec![(from, y), (to, y)], colour.stroke_width(2));
     match s.look {
-        Look::Cloud => area.draw(&Circle::new((x + 10, y), 4, colour.filled()))?,
+        Look::Cloud | Look::Dots => area.draw(&Circle::new((x + 10, y), 4, colour.filled()))?,
         Look::Dashed => {
             for from in [x, x + 8, x + 16] {
                 area.draw(&line(from, from + 5))?;
@@ -318,9 +320,9 @@ where
     /// Of axes without ticks of their own.
     const MOST_LABELS: usize = 6;
     let written = |value: f64, unit: &str| {
-        let is_count = value >= 1000.0 && value.fract() == 0.0;
-        if is_count && unit.is_empty() {
-            return grouped(value as u64);
+        // Thousands with a letter: labels are close to each other.
+        if unit.is_empty() && value >= 1000.0 && value % 1000.0 == 0.0 {
+            return format!("{}k", grouped((value / 1000.0) as u64));
         }
         format!("{}{unit}", rounded(value))
     };

@@ -8,6 +8,9 @@ use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint};
 use super::median;
 use crate::interrupt;
 
+/// A method that takes long is timed at the first viewpoints alone, as many as it takes this long for, seconds.
+const MOST_SECONDS: f64 = 2.0;
+
 /// A method with what it prepared, and how long that took.
 #[derive(Debug)]
 pub(crate) struct Search<'m> {
@@ -48,7 +51,8 @@ impl<'m> Search<'m> {
         })
     }
 
-    /// Extracts at one viewpoint after the other, twice: first to fill buffers that a frame finds warm, then timed.
+    /// Extracts at one viewpoint after the other, twice: first to fill buffers that a frame finds warm, then timed. At those alone that
+    /// are reached in [`MOST_SECONDS`].
     ///
     /// # Errors
     /// When interrupted.
@@ -57,8 +61,14 @@ impl<'m> Search<'m> {
         let mut times = SearchTimes::default();
         let (mut found, mut tested, mut visited) = (0, 0, 0);
         self.extractor.forget();
+        let mut reached = eyes.len();
         for is_timed in [false, true] {
-            for &eye in eyes {
+            let started = Instant::now();
+            for (k, &eye) in eyes.iter().enumerate().take(reached) {
+                if !is_timed && k > 0 && started.elapsed().as_secs_f64() > MOST_SECONDS {
+                    reached = k;
+                    break;
+                }
                 interrupt::check()?;
                 let viewpoint = Viewpoint::Eye(eye);
                 let since = Instant::now();
@@ -71,7 +81,7 @@ impl<'m> Search<'m> {
                 }
             }
         }
-        let mean = |sum: usize| sum as f64 / eyes.len().max(1) as f64;
+        let mean = |sum: usize| sum as f64 / reached.max(1) as f64;
         times.silhouette_edges = mean(found);
         times.tested_edges = mean(tested);
         times.visited_nodes = mean(visited);

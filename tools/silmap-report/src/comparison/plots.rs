@@ -127,18 +127,20 @@ pub(super) fn same_time(comparison: &Comparison) -> String {
         points: ends.iter().map(|&x| (x, x)).collect(),
         look: Look::Dashed,
     });
-    all.extend(CLIPPING.iter().map(|c| Series {
-        name: format!("{}, 2000", c.model),
+    all.push(Series {
+        name: "2000, table 1".to_owned(),
         colour: palette::OTHER,
-        points: vec![(f64::from(c.faces), c.faces_in_the_same_time())],
-        look: Look::Labelled,
-    }));
+        points: (CLIPPING.iter())
+            .map(|c| (f64::from(c.faces), c.faces_in_the_same_time()))
+            .collect(),
+        look: Look::Dots,
+    });
     let x = Axis {
         name: "faces that the silhouette is extracted from",
         ..FACES
     };
     let y = Axis {
-        name: "faces drawn in the same time",
+        name: "faces drawn unclipped",
         ..FACES
     };
     drawn("Faces drawn in the same time", (x, y), &all)

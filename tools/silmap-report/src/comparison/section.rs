@@ -52,15 +52,14 @@ fn advice(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
             }
         }
     };
-    let lightest = model.methods.iter().min_by_key(|r| r.data_bytes);
+    const FEW: u32 = 10;
     html! {
         ul {
             (case("An eye that moves smoothly", Motion::Walk))
             (case("An eye that may be anywhere next", Motion::Scattered))
-            @if let Some(r) = lightest {
+            @if let Some((r, seconds)) = model.fastest_in_all(FEW) {
                 li {
-                    "Least to keep: " code { (r.method) } ", " (grouped(r.data_bytes)) " bytes; "
-                    (micros(r.scattered.seconds_median)) " µs."
+                    (FEW) " viewpoints and no more, preparation included: " code { (r.method) } ", " (millis(seconds)) " ms in all on one thread."
                 }
             }
             li { (parallel_wins(comparison)) }
@@ -105,19 +104,23 @@ fn model_table(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
     html! {
         div.scroll {
             table {
-                caption { (grouped(model.faces as u64)) " faces; tests are those at scattered viewpoints" }
+                caption {
+                    (grouped(model.faces as u64)) " faces, "
+                    @if let Some(brute) = model.of(BRUTE) { (whole(brute.scattered.silhouette_edges)) " of their edges on a silhouette; " }
+                    "tests are means over the scattered viewpoints"
+                }
                 thead {
                     tr {
                         th rowspan="2" { "method" }
                         th.group colspan="2" { "walk" }
                         th.group colspan="2" { "scattered" }
-                        th.group colspan="3" { "of an extraction" }
+                        th.group colspan="2" { "tested" }
                         th rowspan="2" { "bytes" } th rowspan="2" { "build, s" } th rowspan="2" { "error, px" }
                     }
                     tr {
                         th { "µs" } th { "times " code { (BRUTE) } }
                         th { "µs" } th { "times " code { (BRUTE) } }
-                        th { "edges" } th { "edges tested" } th { "nodes tested" }
+                        th { "edges" } th { "nodes" }
                     }
                 }
                 tbody {
@@ -128,7 +131,6 @@ fn model_table(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
                                 td { (micros(r.on(motion).seconds_median)) }
                                 td { (ratio(model.times_faster(r, motion))) }
                             }
-                            td { (whole(r.scattered.silhouette_edges)) }
                             td { (whole(r.scattered.tested_edges)) }
                             td { (whole(r.scattered.visited_nodes)) }
                             td { (grouped(r.data_bytes)) }
@@ -140,7 +142,7 @@ fn model_table(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
                         tr {
                             th scope="row" { "interpolated, " (r.method) }
                             td { (micros(r.seconds_median)) }
-                            td {} td {} td {} td {} td {} td {}
+                            td {} td {} td {} td {} td {}
                             td { (grouped(r.data_bytes)) }
                             td {}
                             td { (format!("{:.3}", r.error_px)) }
@@ -182,6 +184,9 @@ fn resolution(comparison: &Comparison) -> Markup {
                     "Figure 9 of the 2000 paper: mean time over the mean number of silhouette edges, here medians at scattered viewpoints. The dots are \
                      what it prints of the bunny of 69,674 faces, on its machine. The paper finds the tree's time to grow as the \
                      number of silhouette edges, and brute force's as its square. Here "
+                    @if let Some(power) = comparison.power(|level| Some(level.faces as f64)) {
+                        "the faces grow as its power " (format!("{power:.1}")) "; "
+                    }
                     @for (k, method) in comparison.telling_methods().into_iter().enumerate() {
                         @if let Some(power) = comparison.growth(method) {
                             @if k > 0 { ", " }
@@ -199,8 +204,6 @@ fn resolution(comparison: &Comparison) -> Markup {
                             th rowspan="2" { "faces" }
                             th.group colspan="2" { "walk" }
                             th.group colspan="2" { "scattered" }
-                            th rowspan="2" { "tests of " code { "jc" } br; "over " code { "cones" } }
-                            th rowspan="2" { "2000 paper," br; "bunny" }
                         }
                         tr { th { "one thread" } th { "any" } th { "one thread" } th { "any" } }
                     }
@@ -213,13 +216,10 @@ fn resolution(comparison: &Comparison) -> Markup {
                                         td { (level.fastest(motion, is_on_one_thread).map_or("", |r| &r.method)) }
                                     }
                                 }
-                                td { (ratio(level.cones_over_jc())) }
-                                td { (ratio(over_jc(level.faces))) }
                             }
                         }
                     }
                 }
-                p { "Tests are counted with a node as 4/3 edges, as the 2000 paper weighs them." }
             }
         }
     }
@@ -240,9 +240,9 @@ fn frames_part(comparison: &Comparison, model: &ComparisonLevel, frames: &FrameR
                 (PreEscaped(plots::same_time(comparison)))
                 figcaption {
                     "Figure 11 of the 2000 paper: pairs that take the same time. Across, the faces that the silhouette is extracted from, on the \
-                     walk; up, how many faces can be drawn as they are in the time of the hull clipped to that silhouette. Below the dashed \
+                     walk; up, how many faces can be drawn unclipped in the time of the hull clipped to that silhouette. Below the dashed \
                      diagonal clipping draws the finer silhouette. The star is the whole model by " code { "cones" }
-                    "; a dashed level is the hull clipped to the interpolated outline. Grey dots: the models of the paper's table 1, \
+                    ", the level line the hull clipped to the interpolated outline. Grey dots: the models of the paper's table 1, \
                      taking the time of drawing to be proportional to the faces."
                 }
             }
@@ -280,7 +280,7 @@ fn frames_part(comparison: &Comparison, model: &ComparisonLevel, frames: &FrameR
 }
 
 fn printed_tables(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
-    let ms = |value: f64| significant(value);
+    let ms = |value: f64| format!("{value:.1}");
     let (cones, brute, dual) = (model.of("cones"), model.of(BRUTE), model.of("dual"));
     let frames = comparison.frames.as_ref();
     let here = format!("here, {}", grouped(model.faces as u64));
@@ -374,6 +374,24 @@ fn printed_tables(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
                         tr {
                             th scope="row" { (r.model) ", " (grouped(r.faces.into())) }
                             td { (significant(r.dual)) } td { (significant(r.brute)) } td { (format!("{:.1}", r.dual / r.brute)) }
+                        }
+                    }
+                }
+            }
+        }
+        div.scroll {
+            table {
+                caption {
+                    "2000, section 7: tests of " code { "jc" } " over those of " code { "cones" }
+                    ", a node counted as 4/3 edges; here at scattered viewpoints"
+                }
+                thead { tr { th { "faces" } th { "here" } th { "the paper's bunny" } } }
+                tbody {
+                    @for level in &comparison.levels {
+                        tr {
+                            th scope="row" { (grouped(level.faces as u64)) }
+                            td { (ratio(level.cones_over_jc())) }
+                            td { (ratio(over_jc(level.faces))) }
                         }
                     }
                 }

@@ -4,6 +4,7 @@ use super::*;
 
 fn result(method: &str, edges: f64, seconds: f64) -> ExtractionResult {
     let extracted = Extracted {
+        viewpoints: 9,
         silhouette_edges: edges,
         tested_edges: 1e6 * seconds,
         visited_nodes: 0.0,
