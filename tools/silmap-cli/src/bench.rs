@@ -14,13 +14,14 @@ use silmap_map::{Asset, Interpolation, Method, Scratch};
 use silmap_runtime::{Antialias, FrameParams, Mode};
 
 use crate::interrupt;
-use frames::{Drawer, Region, params};
+use frames::{Region, params};
 use rows::Truth;
 
 mod frames;
 mod rows;
 mod searches;
 
+pub(crate) use frames::Drawer;
 pub(crate) use rows::Row;
 use rows::median;
 pub(crate) use searches::{Search, SearchTimes};
@@ -50,6 +51,19 @@ pub(crate) struct FrameTimes {
     pub(crate) hull: f64,
     pub(crate) interpolated: f64,
     pub(crate) exact: Vec<f64>,
+}
+
+impl FrameTimes {
+    /// The lesser of two times of each kind.
+    pub(crate) fn least(mut self, other: &Self) -> Self {
+        self.full = self.full.min(other.full);
+        self.hull = self.hull.min(other.hull);
+        self.interpolated = self.interpolated.min(other.interpolated);
+        for (mine, theirs) in self.exact.iter_mut().zip(&other.exact) {
+            *mine = mine.min(*theirs);
+        }
+        self
+    }
 }
 
 impl Bench<'_> {
@@ -118,15 +132,14 @@ impl Bench<'_> {
     /// When interrupted, or the device fails.
     pub(crate) fn frame_times(
         &self,
-        gpu: &Gpu,
+        drawer: &mut Drawer<'_>,
         searches: &mut [Search<'_>],
     ) -> anyhow::Result<FrameTimes> {
-        let mut drawer = self.drawer(gpu)?;
         let best = Method::best_for(&self.asset.map);
         let mut seconds = |mode, region: &mut Region<'_, '_>| {
             let row = Row::new(String::new(), None, 0);
             let how = (mode, best, Antialias::None);
-            let row = self.time_row(&mut drawer, &[], (row, how), region)?;
+            let row = self.time_row(drawer, &[], (row, how), region)?;
             anyhow::Ok(row.frame_seconds())
         };
         Ok(FrameTimes {
@@ -142,7 +155,11 @@ impl Bench<'_> {
         })
     }
 
-    fn drawer<'g>(&self, gpu: &'g Gpu) -> anyhow::Result<Drawer<'g>> {
+    /// What draws frames of the model and the asset.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub(crate) fn drawer<'g>(&self, gpu: &'g Gpu) -> anyhow::Result<Drawer<'g>> {
         let size = (self.cameras.first()).map_or((1, 1), |c| (c.width_px, c.height_px));
         Drawer::new(gpu, size, self.asset, self.full)
     }

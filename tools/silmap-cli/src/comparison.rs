@@ -27,8 +27,9 @@ const DISTANCE_RADII: f64 = 3.0;
 /// Viewpoints on all sides, and their distances in radii.
 const SCATTERED_VIEWPOINTS: usize = 100;
 const SCATTERED_RADII: [f64; 2] = [2.0, 4.0];
-/// Frames are drawn from the first viewpoints of the walk.
-const FRAMES: usize = 31;
+/// Frames are drawn from the first viewpoints of the walk, in rounds.
+const FRAMES: usize = 15;
+const FRAME_ROUNDS: usize = 3;
 /// Methods that take longer than this on the walk, seconds, are not drawn with.
 const LONGEST_IN_FRAMES: f64 = 0.1;
 /// Side of the pictures, pixels.
@@ -64,52 +65,88 @@ pub(crate) fn compare(
         walk_viewpoints: walk.len() as u32,
         scattered_viewpoints: scattered.len() as u32,
         threads: rayon::current_num_threads() as u32,
-        frames: gpu.map(|gpu| FrameResults {
+        ..Comparison::default()
+    };
+    let edge_meshes = (meshes.iter())
+        .map(EdgeMesh::new)
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut drawn = Vec::new();
+    for (mesh, edge_mesh) in meshes.iter().zip(&edge_meshes) {
+        let mut level = ComparisonLevel {
+            faces: mesh.faces.len(),
+            methods: Vec::new(),
+        };
+        let mut quick = Vec::new();
+        for &method in Extraction::ALL {
+            let mut search = Search::new(edge_mesh, method)?;
+            let (on_walk, on_all_sides) = (search.time(&walk)?, search.time(&scattered)?);
+            let result = extraction(&search, &on_walk, &on_all_sides);
+            if result.walk.seconds_median < LONGEST_IN_FRAMES {
+                quick.push(search);
+            }
+            level.methods.push(result);
+        }
+        comparison.levels.push(level);
+        drawn.push((bench(mesh, &cameras[..FRAMES]), quick));
+    }
+    comparison.contours = (bench(model.mesh(), &cameras).contour_rows()?.iter())
+        .map(contour)
+        .collect();
+    if let Some(gpu) = gpu {
+        // Clipping to a fine silhouette may take longer than drawing the model: then a larger mesh has the same time.
+        let larger = subdivide(model.mesh(), 4 * model.mesh().faces.len());
+        drawn.push((bench(&larger, &cameras[..FRAMES]), Vec::new()));
+        let times = frame_times(gpu, &mut drawn)?;
+        let mut frames = FrameResults {
             adapter: gpu.adapter_name(),
             size_px: SIDE_PX,
             hull_faces: asset.hull.faces.len(),
             ..FrameResults::default()
-        }),
-        ..Comparison::default()
-    };
-    for mesh in &meshes {
-        let edge_mesh = EdgeMesh::new(mesh)?;
-        let (mut searches, mut methods) = (Vec::new(), Vec::new());
-        for &method in Extraction::ALL {
-            let mut search = Search::new(&edge_mesh, method)?;
-            let on_walk = search.time(&walk)?;
-            let on_all_sides = search.time(&scattered)?;
-            methods.push(extraction(&search, &on_walk, &on_all_sides));
-            searches.push(search);
+        };
+        for ((bench, _), times) in drawn.iter().zip(&times) {
+            frames.full.push((bench.full.faces.len(), times.full));
+            // What is drawn of the asset alone does not depend on the mesh.
+            let best = Method::best_for(&asset.map).name().to_owned();
+            frames.interpolated = Some((best, times.interpolated));
+            frames.hull_seconds = times.hull;
         }
-        if let (Some(gpu), Some(frames)) = (gpu, &mut comparison.frames) {
-            let is_quick = |r: &&mut ExtractionResult| r.walk.seconds_median < LONGEST_IN_FRAMES;
-            let mut quick: Vec<Search<'_>> = (searches.into_iter().zip(&mut methods))
-                .filter(|(_, result)| is_quick(result))
-                .map(|(search, _)| search)
-                .collect();
-            let times = bench(mesh, &cameras[..FRAMES]).frame_times(gpu, &mut quick)?;
-            for (method, &seconds) in methods.iter_mut().filter(is_quick).zip(&times.exact) {
-                method.frame_seconds = Some(seconds);
+        for (level, ((_, searches), times)) in
+            comparison.levels.iter_mut().zip(drawn.iter().zip(&times))
+        {
+            for (search, &seconds) in searches.iter().zip(&times.exact) {
+                let name = search.method.name();
+                let result = level.methods.iter_mut().find(|r| r.method == name);
+                if let Some(result) = result {
+                    result.frame_seconds = Some(seconds);
+                }
             }
-            add_frames(frames, mesh, times, asset);
         }
-        comparison.levels.push(ComparisonLevel {
-            faces: mesh.faces.len(),
-            methods,
-        });
-    }
-    let model = model.mesh();
-    comparison.contours = (bench(model, &cameras).contour_rows()?.iter())
-        .map(contour)
-        .collect();
-    if let (Some(gpu), Some(frames)) = (gpu, &mut comparison.frames) {
-        // Clipping to a fine silhouette may take longer than drawing the model: then a larger mesh has the same time.
-        let larger = subdivide(model, 4 * model.faces.len());
-        let times = bench(&larger, &cameras[..FRAMES]).frame_times(gpu, &mut [])?;
-        frames.full.push((larger.faces.len(), times.full));
+        comparison.frames = Some(frames);
     }
     Ok(comparison)
+}
+
+/// Times of all frames: the least median of several rounds over all meshes, so that what else the machine does at some time falls
+/// on all of them alike.
+fn frame_times(
+    gpu: &Gpu,
+    drawn: &mut [(Bench<'_>, Vec<Search<'_>>)],
+) -> anyhow::Result<Vec<FrameTimes>> {
+    let mut drawers = (drawn.iter())
+        .map(|(bench, _)| bench.drawer(gpu))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    let mut least: Vec<FrameTimes> = Vec::new();
+    for round in 0..FRAME_ROUNDS {
+        for (k, ((bench, searches), drawer)) in drawn.iter_mut().zip(&mut drawers).enumerate() {
+            let times = bench.frame_times(drawer, searches)?;
+            if round == 0 {
+                least.push(times);
+            } else {
+                least[k] = times.least(&least[k]);
+            }
+        }
+    }
+    Ok(least)
 }
 
 /// Coarser hulls of the model, and the model.
@@ -189,14 +226,6 @@ fn extraction(
         build_seconds: search.build_seconds,
         frame_seconds: None,
     }
-}
-
-/// Those of the hull are taken from the last mesh: they do not depend on it.
-fn add_frames(frames: &mut FrameResults, mesh: &TriangleMesh, times: FrameTimes, asset: &Asset) {
-    frames.full.push((mesh.faces.len(), times.full));
-    frames.hull_seconds = times.hull;
-    let best = Method::best_for(&asset.map).name().to_owned();
-    frames.interpolated = Some((best, times.interpolated));
 }
 
 fn contour(row: &Row) -> ContourResult {

@@ -13,7 +13,7 @@ use silmap_runtime::{
 use crate::exact_shape::ExactShape;
 
 /// Draws frames to a texture and times them.
-pub(super) struct Drawer<'a> {
+pub(crate) struct Drawer<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) renderer: Renderer,
     target: wgpu::TextureView,

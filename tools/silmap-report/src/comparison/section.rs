@@ -185,12 +185,12 @@ fn resolution(comparison: &Comparison) -> Markup {
                      what it prints of the bunny of 69,674 faces, on its machine. The paper finds the tree's time to grow as the \
                      number of silhouette edges, and brute force's as its square. Here "
                     @if let Some(power) = comparison.power(|level| Some(level.faces as f64)) {
-                        "the faces grow as its power " (format!("{power:.1}")) "; "
+                        "the faces grow as its power " (format!("{power:.1}")) ", and time as its power: "
                     }
                     @for (k, method) in comparison.telling_methods().into_iter().enumerate() {
                         @if let Some(power) = comparison.growth(method) {
                             @if k > 0 { ", " }
-                            "that of " code { (method) } " as its power " (format!("{power:.1}"))
+                            code { (method) } " " (format!("{power:.1}"))
                         }
                     }
                     "."
@@ -232,7 +232,7 @@ fn frames_part(comparison: &Comparison, model: &ComparisonLevel, frames: &FrameR
     html! {
         h3 { "As frames" }
         p {
-            "Pictures of " (frames.size_px) "² by " (frames.adapter) ", processor and device one after the other: the mesh as it is, and the hull of "
+            "Pictures of " (frames.size_px) "² by " (frames.adapter) ", processor and device one after the other, the least median of three rounds: the mesh as it is, and the hull of "
             (grouped(frames.hull_faces as u64)) " faces clipped to the exact silhouette, without antialiasing."
         }
         div.plots {
@@ -405,12 +405,24 @@ fn printed_tables(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
 }
 
 fn ratio(value: Option<f64>) -> String {
-    value.map_or(String::new(), |v| format!("{v:.1}"))
+    const LEAST_IN_TENTHS: f64 = 0.095;
+    value.map_or(String::new(), |v| {
+        if v < LEAST_IN_TENTHS {
+            format!("{v:.4}")
+        } else {
+            format!("{v:.1}")
+        }
+    })
 }
 
 /// Microseconds with one digit behind the point.
 fn micros(seconds: f64) -> String {
-    format!("{:.1}", 1e6 * seconds)
+    const LEAST_IN_WHOLE: f64 = 1e-3;
+    if seconds < LEAST_IN_WHOLE {
+        format!("{:.1}", 1e6 * seconds)
+    } else {
+        whole(1e6 * seconds)
+    }
 }
 
 /// Milliseconds with the digits that matter.

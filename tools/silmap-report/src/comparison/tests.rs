@@ -136,7 +136,7 @@ fn the_section_has_what_was_measured_and_what_was_printed() {
         "10,256",
         "196.6",
         "150.0",
-        "as its power 2.0",
+        "as its power: <code>brute</code> 2.0",
         "a slow one",
         "parasaur",
         "silhouette edges",
