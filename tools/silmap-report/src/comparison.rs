@@ -235,6 +235,18 @@ impl Comparison {
             .collect()
     }
 
+    /// The fewest faces from which on the hull clipped by `method` has a finer silhouette than a mesh drawn in the same time.
+    fn clipping_pays_from(&self, method: &str) -> Option<usize> {
+        let pairs = self.same_time(method);
+        let pays = |pair: &&(usize, Option<f64>)| pair.1.is_some_and(|drawn| drawn < pair.0 as f64);
+        pairs
+            .iter()
+            .rev()
+            .take_while(pays)
+            .last()
+            .map(|pair| pair.0)
+    }
+
     /// For each level: its faces, and how many faces can be drawn unclipped in the time of the hull clipped to its silhouette by
     /// `method` (figure 11).
     fn same_time(&self, method: &str) -> Vec<(usize, Option<f64>)> {

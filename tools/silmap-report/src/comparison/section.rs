@@ -243,7 +243,13 @@ fn frames_part(comparison: &Comparison, model: &ComparisonLevel, frames: &FrameR
                      walk; up, how many faces can be drawn unclipped in the time of the hull clipped to that silhouette. Below the dashed \
                      diagonal clipping draws the finer silhouette. The star is the whole model by " code { "cones" }
                     ", the level line the hull clipped to the interpolated outline. Grey dots: the models of the paper's table 1, \
-                     taking the time of drawing to be proportional to the faces."
+                     taking the time of drawing to be proportional to the faces. "
+                    @for method in ["cones", "dual"] {
+                        @match comparison.clipping_pays_from(method) {
+                            Some(faces) => { "By " code { (method) } " clipping pays from " (grouped(faces as u64)) " faces on. " }
+                            None => { "By " code { (method) } " it does not pay here. " }
+                        }
+                    }
                 }
             }
             div.scroll {

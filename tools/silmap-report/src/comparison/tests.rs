@@ -116,6 +116,8 @@ fn faces_in_the_same_time_lie_between_those_that_were_drawn() {
         pairs[0].1.unwrap() > 500.0,
         "and costs more than it shows: {pairs:?}"
     );
+    assert_eq!(comparison.clipping_pays_from("cones"), Some(20_000));
+    assert_eq!(comparison.clipping_pays_from("dual"), None, "not measured");
     // Times that fall where faces grow are noise.
     let noisy = FrameResults {
         full: vec![(500, 2e-3), (4_000, 1e-3), (20_000, 4e-3)],
