@@ -186,7 +186,7 @@ fn resolutions(comparison: &serde_json::Value) -> String {
             let same = comparison.pointer(&same).and_then(|v| v.as_f64());
             text.push_str(&format!(
                 "{:>9} {name:<16} {:>10} {:>10} {:>13} {:>13} {:>16}\n",
-                level["faces"],
+                level["faces"].to_string(),
                 number("/scattered/silhouette_edges", 1.0, 0),
                 number("/walk/seconds_median", 1e6, 1),
                 number("/scattered/seconds_median", 1e6, 1),

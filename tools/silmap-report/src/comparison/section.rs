@@ -227,7 +227,7 @@ fn resolution(comparison: &Comparison) -> Markup {
 
 fn frames_part(comparison: &Comparison, model: &ComparisonLevel, frames: &FrameResults) -> Markup {
     let full = frames.full_seconds(model.faces);
-    let drawn = |seconds: f64| (frames.faces_drawn_in(seconds)).map_or(String::new(), whole);
+    let drawn = |seconds: f64| drawn_in(frames, seconds);
     let faster = |seconds: f64| ratio(full.map(|full| full / seconds));
     html! {
         h3 { "As frames" }
@@ -282,6 +282,17 @@ fn frames_part(comparison: &Comparison, model: &ComparisonLevel, frames: &FrameR
                 }
             }
         }
+    }
+}
+
+/// The faces that can be drawn in this time, as far as was measured.
+fn drawn_in(frames: &FrameResults, seconds: f64) -> String {
+    let grouped = |faces: usize| grouped(faces as u64);
+    match (frames.faces_drawn_in(seconds), &frames.full[..]) {
+        (Some(faces), _) => whole(faces),
+        (None, [fewest, ..]) if seconds < fewest.1 => format!("under {}", grouped(fewest.0)),
+        (None, [.., most]) => format!("over {}", grouped(most.0)),
+        (None, []) => String::new(),
     }
 }
 
@@ -348,7 +359,7 @@ fn printed_tables(comparison: &Comparison, model: &ComparisonLevel) -> Markup {
                                 td { (millis(full)) } td { (millis(cones.walk.seconds_median)) } td {}
                                 td { (millis(frames.hull_seconds)) } td { (millis(total)) }
                                 td { (format!("{:.1}", full / total)) }
-                                td { (frames.faces_drawn_in(total).map_or(String::new(), whole)) }
+                                td { (drawn_in(frames, total)) }
                             }
                         }
                     }
