@@ -17,6 +17,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+# Nothing is left in the tree.
+sys.dont_write_bytecode = True
 from exact_peers import ROOT, call, enter_environment, option, skip
 
 CAPTURE = ROOT.parent / "shared" / "captures" / "squirrel"
