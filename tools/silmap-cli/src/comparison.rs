@@ -96,34 +96,41 @@ pub(crate) fn compare(
         // Clipping to a fine silhouette may take longer than drawing the model: then a larger mesh has the same time.
         let larger = subdivide(model.mesh(), 4 * model.mesh().faces.len());
         drawn.push((bench(&larger, &cameras[..FRAMES]), Vec::new()));
-        let times = frame_times(gpu, &mut drawn)?;
-        let mut frames = FrameResults {
-            adapter: gpu.adapter_name(),
-            size_px: SIDE_PX,
-            hull_faces: asset.hull.faces.len(),
-            ..FrameResults::default()
-        };
-        for ((bench, _), times) in drawn.iter().zip(&times) {
-            frames.full.push((bench.full.faces.len(), times.full));
-            // What is drawn of the asset alone does not depend on the mesh.
-            let best = Method::best_for(&asset.map).name().to_owned();
-            frames.interpolated = Some((best, times.interpolated));
-            frames.hull_seconds = times.hull;
-        }
-        for (level, ((_, searches), times)) in
-            comparison.levels.iter_mut().zip(drawn.iter().zip(&times))
-        {
-            for (search, &seconds) in searches.iter().zip(&times.exact) {
-                let name = search.method.name();
-                let result = level.methods.iter_mut().find(|r| r.method == name);
-                if let Some(result) = result {
-                    result.frame_seconds = Some(seconds);
-                }
-            }
-        }
-        comparison.frames = Some(frames);
+        comparison.frames = Some(frames(gpu, asset, &mut drawn, &mut comparison.levels)?);
     }
     Ok(comparison)
+}
+
+/// Draws frames of all meshes, and of the hull clipped to what their searches find, which `levels` have results of; there may be
+/// further meshes.
+fn frames(
+    gpu: &Gpu,
+    asset: &Asset,
+    drawn: &mut [(Bench<'_>, Vec<Search<'_>>)],
+    levels: &mut [ComparisonLevel],
+) -> anyhow::Result<FrameResults> {
+    let times = frame_times(gpu, drawn)?;
+    for (level, ((_, searches), times)) in levels.iter_mut().zip(drawn.iter().zip(&times)) {
+        for (search, &seconds) in searches.iter().zip(&times.exact) {
+            let name = search.method.name();
+            if let Some(result) = level.methods.iter_mut().find(|r| r.method == name) {
+                result.frame_seconds = Some(seconds);
+            }
+        }
+    }
+    let faces = drawn.iter().map(|(bench, _)| bench.full.faces.len());
+    // What is drawn of the asset alone does not depend on the mesh.
+    let least =
+        |seconds: fn(&FrameTimes) -> f64| times.iter().map(seconds).fold(f64::INFINITY, f64::min);
+    let best = Method::best_for(&asset.map).name().to_owned();
+    Ok(FrameResults {
+        adapter: gpu.adapter_name(),
+        size_px: SIDE_PX,
+        hull_faces: asset.hull.faces.len(),
+        full: faces.zip(times.iter().map(|t| t.full)).collect(),
+        interpolated: Some((best, least(|t| t.interpolated))),
+        hull_seconds: least(|t| t.hull),
+    })
 }
 
 /// Times of all frames: the least median of several rounds over all meshes, so that what else the machine does at some time falls
