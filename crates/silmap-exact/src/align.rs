@@ -15,7 +15,7 @@ use silmap_geometry::polygon::Loop;
 use silmap_geometry::{Camera, ClosedMesh};
 use thiserror::Error;
 
-use crate::{EdgeMesh, Extractor, Method, OutlineError, Outliner, Viewpoint};
+use crate::{Advance, EdgeMesh, Extractor, Method, OutlineError, Outliner, Viewpoint, Watch};
 
 mod rim;
 mod solve;
@@ -68,21 +68,25 @@ pub enum AlignError {
     /// The camera stands in the model, or looks away from it.
     #[error(transparent)]
     Outline(#[from] OutlineError),
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Interrupted,
     /// The model's outline is nowhere near.
     #[error("no part of the model's outline lies near the image's: start from a closer pose")]
     NothingNear,
 }
 
 /// Refines the pose of `start` until the outline of `mesh` fits `outline`, pixels of its image: outer loops have positive area,
-/// holes negative.
+/// holes negative. `watch` counts rounds; most starts need fewer than its estimate.
 ///
 /// # Errors
-/// When there is no outline on either side, or the two are nowhere near each other.
+/// When there is no outline on either side, the two are nowhere near each other, or `watch` ends the work.
 pub fn refine_pose(
     mesh: &ClosedMesh,
     outline: &[Loop],
     start: &Camera,
     params: &AlignParams,
+    watch: &mut Watch<'_>,
 ) -> Result<Pose, AlignError> {
     let target = ImageOutline::new(outline);
     if target.points.is_empty() {
@@ -97,6 +101,8 @@ pub fn refine_pose(
         target,
         center: bounds.center,
         radius: bounds.radius,
+        rounds: 0,
+        watch,
     };
     let mut best = fit.descend(start, params)?;
     let axes = [start.right, start.up, start.forward];
@@ -105,20 +111,23 @@ pub fn refine_pose(
             break;
         }
         let turn = DMat3::from_axis_angle(axis, params.turn_rad);
-        let Ok(other) = fit.descend(&moved(start, fit.center, turn, DVec3::ZERO), params) else {
-            continue;
-        };
-        let rounds = best.rounds + other.rounds;
-        if other.distance_px < best.distance_px {
-            best = other;
+        match fit.descend(&moved(start, fit.center, turn, DVec3::ZERO), params) {
+            Ok(other) if other.distance_px < best.distance_px => best = other,
+            Err(AlignError::Interrupted) => return Err(AlignError::Interrupted),
+            Ok(_) | Err(_) => {}
         }
-        best.rounds = rounds;
     }
-    Ok(best)
+    Ok(Pose {
+        rounds: fit.rounds,
+        ..best
+    })
 }
 
 /// A model and what it is fitted to.
-struct Fit<'m> {
+struct Fit<'m, 'w> {
+    /// Rounds made, from all starts.
+    rounds: u32,
+    watch: &'m mut Watch<'w>,
     mesh: &'m EdgeMesh,
     extractor: Extractor<'m>,
     outliner: Outliner<'m>,
@@ -126,6 +135,9 @@ struct Fit<'m> {
     center: DVec3,
     radius: f64,
 }
+
+/// The pose given, and three turns both ways.
+const STARTS: u64 = 7;
 
 /// Points of the two outlines whose normals agree less than this do not belong together.
 const LEAST_COSINE: f64 = 0.4;
@@ -146,20 +158,21 @@ struct Match<'a> {
     distance: f64,
 }
 
-impl Fit<'_> {
+impl Fit<'_, '_> {
     /// Goes from `start` to where the outlines fit best.
     fn descend(&mut self, start: &Camera, params: &AlignParams) -> Result<Pose, AlignError> {
         let mut camera = *start;
-        let (mut best, mut rounds): (Option<Pose>, u32) = (None, 0);
-        while rounds < params.rounds {
-            rounds += 1;
+        let mut best: Option<Pose> = None;
+        for _ in 0..params.rounds {
+            self.tell(params.rounds)?;
+            self.rounds += 1;
             let rim = self.rim(&camera)?;
             let (distance_px, step) = self.step(&rim, &camera)?;
             if best.is_none_or(|b| distance_px < b.distance_px) {
                 best = Some(Pose {
                     camera,
                     distance_px,
-                    rounds,
+                    rounds: self.rounds,
                 });
             }
             let (turn, shift) = step;
@@ -172,8 +185,20 @@ impl Fit<'_> {
                 .map_or(DMat3::IDENTITY, |axis| DMat3::from_axis_angle(axis, angle));
             camera = moved(&camera, self.center, rotation, shift * self.radius);
         }
-        best.map(|best| Pose { rounds, ..best })
-            .ok_or(AlignError::NothingNear)
+        best.ok_or(AlignError::NothingNear)
+    }
+
+    /// Tells the watcher, who may want no further round.
+    fn tell(&mut self, rounds_of_start: u32) -> Result<(), AlignError> {
+        let advance = Advance {
+            done: u64::from(self.rounds),
+            total: STARTS * u64::from(rounds_of_start),
+        };
+        if (self.watch)(advance) {
+            Ok(())
+        } else {
+            Err(AlignError::Interrupted)
+        }
     }
 
     fn rim(&mut self, camera: &Camera) -> Result<Vec<RimPoint>, AlignError> {

@@ -48,6 +48,7 @@ mod plane_block;
 mod simplify;
 mod viewpoint;
 mod walk;
+mod watch;
 
 pub use align::{AlignError, AlignParams, Pose, angle_between, refine_pose};
 pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
@@ -61,6 +62,7 @@ pub use outline::Outliner;
 pub use simplify::{SimplifyError, SimplifyParams, silhouette_nearness, simplify};
 pub use viewpoint::Viewpoint;
 pub use walk::{WALK_STEP_RAD, walk_around};
+pub use watch::{Advance, Watch};
 
 #[cfg(test)]
 mod test_meshes;

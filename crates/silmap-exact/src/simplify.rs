@@ -15,11 +15,14 @@ use glam::DVec3;
 use silmap_geometry::{ClosedMesh, TriangleMesh};
 use thiserror::Error;
 
-use crate::is_front_facing;
+use crate::{Advance, Watch};
 
+mod nearness;
 mod quadric;
 mod shrinking;
 
+pub use nearness::silhouette_nearness;
+use nearness::watched_nearness;
 use quadric::Quadric;
 use shrinking::Shrinking;
 
@@ -58,6 +61,9 @@ pub enum SimplifyError {
         /// What it should be.
         wanted: &'static str,
     },
+    /// The caller asked to stop.
+    #[error("interrupted")]
+    Interrupted,
     /// A viewpoint is nowhere.
     #[error("viewpoint {index} is not finite")]
     BadEye {
@@ -100,13 +106,15 @@ impl Eq for Entry {}
 
 /// Collapses edges of `mesh` down to the faces asked for, or as far as it goes, keeping what is on or near its silhouettes from
 /// `eyes`. Without eyes this is plain simplification. The result is closed and oriented as the mesh is; colours are dropped.
+/// `watch` counts faces, looked at and then removed.
 ///
 /// # Errors
-/// When a parameter or an eye makes no sense.
+/// When a parameter or an eye makes no sense, or `watch` ends the work.
 pub fn simplify(
     mesh: &ClosedMesh,
     eyes: &[DVec3],
     params: &SimplifyParams,
+    watch: &mut Watch<'_>,
 ) -> Result<TriangleMesh, SimplifyError> {
     check(eyes, params)?;
     let bounds = mesh.bounds();
@@ -118,7 +126,16 @@ pub fn simplify(
         mesh.positions.iter().map(|&p| inward(p)).collect(),
         mesh.faces.clone(),
     );
-    let nearness = silhouette_nearness(mesh, eyes, params.band_rad);
+    let looked_at = (1 + eyes.len()) * mesh.faces.len();
+    let removed = mesh
+        .faces
+        .len()
+        .saturating_sub(params.target_faces as usize);
+    let mut counter = Counter {
+        watch,
+        total: (looked_at + removed) as u64,
+    };
+    let nearness = watched_nearness(mesh, eyes, params.band_rad, &mut counter)?;
     let mut quadrics = vec![Quadric::default(); mesh.positions.len()];
     for &face in &mesh.faces {
         let of_face = Quadric::of_face(face.map(|v| inward(mesh.positions[v as usize])));
@@ -129,13 +146,23 @@ pub fn simplify(
     }
     let mut queue = BinaryHeap::new();
     for v in 0..mesh.positions.len() as u32 {
+        if v.is_multiple_of(STEPS_UNWATCHED) {
+            // A closed mesh has about two faces for each vertex.
+            counter.tell((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))?;
+        }
         for w in work.neighbours(v) {
             if v < w {
                 push(&mut queue, &work, &quadrics, [v, w]);
             }
         }
     }
-    while work.face_count() > params.target_faces as usize {
+    for step in 0_u32.. {
+        if work.face_count() <= params.target_faces as usize {
+            break;
+        }
+        if step.is_multiple_of(STEPS_UNWATCHED) {
+            counter.tell((looked_at + mesh.faces.len() - work.face_count()) as u64)?;
+        }
         let Some(Reverse(entry)) = queue.pop() else {
             break;
         };
@@ -165,6 +192,29 @@ pub fn simplify(
     Ok(result)
 }
 
+/// Vertices looked at, or edges tried, between one call of the watcher and the next.
+const STEPS_UNWATCHED: u32 = 1024;
+
+/// Who is told how far the work is.
+struct Counter<'a, 'w> {
+    watch: &'a mut Watch<'w>,
+    total: u64,
+}
+
+impl Counter<'_, '_> {
+    fn tell(&mut self, done: u64) -> Result<(), SimplifyError> {
+        let advance = Advance {
+            done: done.min(self.total),
+            total: self.total,
+        };
+        if (self.watch)(advance) {
+            Ok(())
+        } else {
+            Err(SimplifyError::Interrupted)
+        }
+    }
+}
+
 fn check(eyes: &[DVec3], params: &SimplifyParams) -> Result<(), SimplifyError> {
     let bad = |name, value, wanted| {
         Err(SimplifyError::BadParameter {
@@ -187,37 +237,6 @@ fn check(eyes: &[DVec3], params: &SimplifyParams) -> Result<(), SimplifyError> {
         Some(index) => Err(SimplifyError::BadEye { index }),
         None => Ok(()),
     }
-}
-
-/// Per vertex, how near it is to a silhouette from any of `eyes`: one on a silhouette edge, falling to zero where all its faces are
-/// seen at more than `band_rad` from edge-on.
-#[must_use]
-pub fn silhouette_nearness(mesh: &TriangleMesh, eyes: &[DVec3], band_rad: f64) -> Vec<f64> {
-    let mut nearness = vec![0.0_f64; mesh.positions.len()];
-    // Per vertex: whether it has a front-facing face and whether it has another.
-    let mut sides = vec![[false; 2]; mesh.positions.len()];
-    for &eye in eyes {
-        sides.fill([false; 2]);
-        for (f, face) in mesh.faces.iter().enumerate() {
-            let corners = mesh.corners(f);
-            let is_front = is_front_facing(corners, eye);
-            let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-            let ray = (eye - middle).normalize_or_zero();
-            let sine = mesh.face_cross(f).normalize_or_zero().dot(ray);
-            let near = 1.0 - sine.clamp(-1.0, 1.0).asin().abs() / band_rad;
-            for &v in face {
-                sides[v as usize][usize::from(is_front)] = true;
-                nearness[v as usize] = nearness[v as usize].max(near);
-            }
-        }
-        // Between a front and a back face of one vertex there is a silhouette edge at it.
-        for (near, sides) in nearness.iter_mut().zip(&sides) {
-            if *sides == [true; 2] {
-                *near = 1.0;
-            }
-        }
-    }
-    nearness
 }
 
 fn push(

@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use silmap_exact::{Advance, Watch};
 use silmap_preprocess::{Monitor, PrepEvent, Stage};
 
 use crate::interrupt;
@@ -40,6 +41,26 @@ impl Progress {
         result
     }
 
+    /// Does long work that tells how far it is, and stops it on ctrl-c.
+    pub(crate) fn count<T>(
+        &self,
+        sentence: &'static str,
+        work: impl FnOnce(&mut Watch<'_>) -> T,
+    ) -> T {
+        let mut bar = None;
+        let result = work(&mut |Advance { done, total }| {
+            if self.is_shown {
+                bar.get_or_insert_with(|| bar_with(sentence, total))
+                    .set_position(done);
+            }
+            !interrupt::is_requested()
+        });
+        if let Some(bar) = bar {
+            bar.finish_and_clear();
+        }
+        result
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<Stage, ProgressBar>> {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -51,7 +72,7 @@ impl Progress {
         let mut running = self.lock();
         match event {
             PrepEvent::Started { stage, total } => {
-                running.insert(stage, new_bar(stage, total));
+                running.insert(stage, bar_with(stage_sentence(stage), total));
             }
             PrepEvent::Advanced { stage, count } => {
                 if let Some(bar) = running.get(&stage) {
@@ -67,7 +88,7 @@ impl Progress {
     }
 }
 
-fn new_bar(stage: Stage, total: u64) -> ProgressBar {
+fn bar_with(sentence: &'static str, total: u64) -> ProgressBar {
     let bar = if total == 0 {
         ProgressBar::new_spinner()
     } else {
@@ -75,7 +96,7 @@ fn new_bar(stage: Stage, total: u64) -> ProgressBar {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         ProgressBar::new(total).with_style(style)
     };
-    bar.set_message(stage_sentence(stage));
+    bar.set_message(sentence);
     bar.enable_steady_tick(TICK);
     bar
 }

@@ -10,6 +10,8 @@ mod common;
 use std::fs;
 use std::path::Path;
 
+use serde_json::Value;
+
 use common::{
     check_fields, check_one_sentence, fixture, is_gpu_skipped, path, run, run_json, scratch,
 };
@@ -107,6 +109,53 @@ fn a_walk_of_edges_is_measured_and_the_last_ones_are_drawn() {
     let ended = run(&[&inside[..], &["--svg", path(&svg)]].concat());
     check_one_sentence(&ended, "a picture from within");
     assert!(ended.err.contains("--eye 1,0,0"), "{}", ended.err);
+}
+
+#[test]
+fn the_outline_of_edges_is_the_region_that_the_model_covers() {
+    let (made, folder) = (fixture(), scratch("edges-outline"));
+    let (model, asset) = (path(&made.model), path(&made.asset));
+    let file = folder.join("outline.json");
+    let area = |outline: &Value| -> f64 {
+        let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(outline["loops"].clone()).unwrap();
+        let doubled = |points: &Vec<[f64; 2]>| -> f64 {
+            let next = points.iter().cycle().skip(1);
+            points
+                .iter()
+                .zip(next)
+                .map(|(p, q)| p[0] * q[1] - p[1] * q[0])
+                .sum()
+        };
+        loops.iter().map(|points| 0.5 * doubled(points)).sum()
+    };
+    let exact = |viewpoint: &str| -> Value {
+        let to = ["--outline", path(&file), "--repeat", "2", "--json"];
+        let told = run_json(&[&["edges", model, viewpoint][..], &to].concat());
+        assert!(told["outline_seconds_median"].as_f64().unwrap() > 0.0);
+        serde_json::from_slice(&fs::read(&file).unwrap()).unwrap()
+    };
+    let mut areas = Vec::new();
+    for eye in ["--eye=0.4,0.5,4.5", "--eye=4,1.5,2"] {
+        let outline = exact(eye);
+        check_fields(&outline, &["camera.eye", "camera.fov_y_degrees", "seconds"]);
+        let size = ["--size", "1024x1024"];
+        let interpolated = run_json(&[&["contour", asset, eye][..], &size].concat());
+        assert_eq!(outline["camera"], interpolated["camera"]);
+        let (exact, interpolated) = (area(&outline), area(&interpolated));
+        assert!(
+            (interpolated / exact - 1.0).abs() < 0.12,
+            "{exact} {interpolated}"
+        );
+        areas.push(exact);
+    }
+    assert!(
+        (areas[0] / areas[1] - 1.0).abs() > 0.1,
+        "both look the same: {areas:?}"
+    );
+    // From far away it is that of a direction, up to the scale: the sphere of the model fits in both pictures.
+    let far = area(&exact("--eye=40000,50000,450000"));
+    let direction = area(&exact("--direction=0.4,0.5,4.5"));
+    assert!((far / direction - 1.0).abs() < 1e-4, "{far} {direction}");
 }
 
 #[test]
@@ -331,8 +380,18 @@ fn bench_says_what_scripts_read() {
     assert!(0.01 < simplified && simplified < hull, "{simplified}");
     assert!(number("simplified", "faces") <= number("hull", "faces"));
 
-    let told = run(&[
-        "bench", model, "--asset", asset, "--size", "64x64", "--repeat", "1", "--edges", "brute",
-    ]);
+    let small = ["--size", "64x64", "--repeat", "1", "--edges", "brute"];
+    let bench = ["bench", model, "--asset", asset];
+    let told = run(&[&bench[..], &small].concat());
     assert!(told.out.contains("clipped-tight-soft"), "{told:?}");
+    assert!(measured.get("comparison").is_none() && !told.out.contains("same-time"));
+
+    let measured = run_json(&[&bench[..], &small, &["--comparison", "--json"]].concat());
+    let comparison = &measured["comparison"];
+    assert_eq!(comparison["levels"].as_array().unwrap().len(), 2);
+    for method in silmap_exact::Method::ALL {
+        let pointer = format!("/frames/faces_in_the_same_time/{method}");
+        let pairs = comparison.pointer(&pointer).unwrap().as_array().unwrap();
+        assert_eq!((pairs.len(), &pairs[0][0]), (2, &500.into()), "{method}");
+    }
 }

@@ -208,13 +208,72 @@ fn an_interrupted_build_leaves_nothing() {
     assert_eq!(made.code, 0, "{}", made.err);
     let out = folder.join("out.glb");
     // Far more work than the test waits for.
+    interrupt_after(
+        &["build", path(&model), "-o", path(&out), "--views", "20000"],
+        Duration::from_millis(2500),
+    );
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_applications_leave_nothing() {
+    let folder = scratch("interrupted-applications");
+    let [model, eyes, mask, start] =
+        ["big.ply", "eyes.txt", "mask.png", "start.json"].map(|n| folder.join(n));
+    let ended = run(&["generate", "torus", "--faces", "200000", "-o", path(&model)]);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    // Eyes by the thousand, each of which looks at every face.
+    fs::write(&eyes, "0,0,5\n0,5,0\n".repeat(5_000)).unwrap();
+    // Nothing that this model could look like, so that every start is tried to the end.
+    let mut image = image::GrayImage::new(512, 512);
+    for (x, y, pixel) in image.enumerate_pixels_mut() {
+        let is_inside =
+            (128..384).contains(&x) && (96..416).contains(&y) && (x / 16 + y / 16) % 3 > 0;
+        pixel.0 = [if is_inside { 255 } else { 0 }];
+    }
+    image.save(&mask).unwrap();
+    fs::write(&start, r#"{"eye": [0.5, 0.4, 6]}"#).unwrap();
+    let (simple, pose) = (folder.join("simple.obj"), folder.join("pose.json"));
+    let long = Duration::from_millis(1500);
+    interrupt_after(
+        &[
+            "simplify",
+            path(&model),
+            "--eyes",
+            path(&eyes),
+            "-o",
+            path(&simple),
+        ],
+        long,
+    );
+    // And in the middle of collapsing.
+    let few = ["--eye", "0,0,5", "--faces", "100"];
+    interrupt_after(
+        &[&["simplify", path(&model), "-o", path(&simple)][..], &few].concat(),
+        long,
+    );
+    let from = ["--mask", path(&mask), "--start", path(&start)];
+    interrupt_after(
+        &[&["align", path(&model), "-o", path(&pose)][..], &from].concat(),
+        long,
+    );
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 4);
+}
+
+/// Starts the binary, which must still be at work after some time, interrupts it, and asserts that it ends soon and says so.
+#[cfg(unix)]
+fn interrupt_after(arguments: &[&str], wait: Duration) {
     let mut child = bare()
-        .args(["build", path(&model), "-o", path(&out), "--views", "20000"])
+        .args(arguments)
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(2500));
-    assert!(child.try_wait().unwrap().is_none(), "it ended too early");
+    std::thread::sleep(wait);
+    assert!(
+        child.try_wait().unwrap().is_none(),
+        "it ended too early: {arguments:?}"
+    );
     let killed = Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status()
@@ -222,7 +281,7 @@ fn an_interrupted_build_leaves_nothing() {
     assert!(killed.success());
     let since = Instant::now();
     let status = child.wait().unwrap();
-    assert!(since.elapsed() < Duration::from_secs(20));
+    assert!(since.elapsed() < Duration::from_secs(20), "{arguments:?}");
     let mut err = String::new();
     child
         .stderr
@@ -230,9 +289,8 @@ fn an_interrupted_build_leaves_nothing() {
         .unwrap()
         .read_to_string(&mut err)
         .unwrap();
-    assert_eq!(status.code(), Some(130), "{err}");
+    assert_eq!(status.code(), Some(130), "{arguments:?}: {err}");
     assert_eq!(err, "silmap: interrupted\n");
-    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
 }
 
 #[test]

@@ -10,7 +10,7 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{Ended, check_one_sentence, fixture, run, run_json, scratch};
+use common::{Ended, check_one_sentence, fixture, is_gpu_skipped, run, run_json, scratch};
 use serde_json::Value;
 
 /// Options that make it quick.
@@ -160,19 +160,25 @@ fn extraction_is_compared_on_request() {
     assert_eq!(levels.len(), 2, "500 faces, and the model");
     for level in levels {
         let methods = level["methods"].as_object().unwrap();
-        assert_eq!(methods.len(), 8);
-        let found: Vec<f64> = (methods.values())
-            .map(|m| m["silhouette_edges"].as_f64().unwrap())
-            .collect();
-        assert!(
-            found[0] > 10.0 && found.iter().all(|&n| n == found[0]),
-            "{found:?}"
-        );
-        assert!(
-            methods
-                .values()
-                .all(|m| m["seconds_median"].as_f64().unwrap() > 0.0)
-        );
+        assert_eq!(methods.len(), silmap_exact::Method::ALL.len());
+        for viewpoints in ["walk", "scattered"] {
+            let found: Vec<f64> = (methods.values())
+                .map(|m| m[viewpoints]["silhouette_edges"].as_f64().unwrap())
+                .collect();
+            assert!(
+                found[0] > 10.0 && found.iter().all(|&n| n == found[0]),
+                "{viewpoints}: {found:?}"
+            );
+            let seconds = |m: &Value| m[viewpoints]["seconds_median"].as_f64().unwrap();
+            assert!(methods.values().all(|m| seconds(m) > 0.0));
+        }
+        // One walk is like the other: brute force takes the same, what goes on from the viewpoint before does not test the same.
+        let tested = |viewpoints: &str| {
+            level["methods"]["dual"][viewpoints]["tested_edges"]
+                .as_f64()
+                .unwrap()
+        };
+        assert!(tested("walk") < 0.5 * tested("scattered"));
     }
     let error = |method: &str| {
         number(
@@ -183,6 +189,19 @@ fn extraction_is_compared_on_request() {
     assert!(error("tight") > 0.0 && error("tight") < error("paper").max(error("hull")));
     let html = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(html.contains("Exact extraction beside interpolation"));
+    assert!(!html.contains("http:") && !html.contains("https:"));
+    if is_gpu_skipped() {
+        return;
+    }
+    let full = numbers["comparison"]["frames"]["full"].as_array().unwrap();
+    let faces: Vec<u64> = full.iter().map(|f| f[0].as_u64().unwrap()).collect();
+    assert_eq!(faces, [500, 1_200, 4_800], "both levels and a finer mesh");
+    for level in levels {
+        for method in level["methods"].as_object().unwrap().values() {
+            assert!(method["frame_seconds"].as_f64().unwrap() > 0.0);
+        }
+    }
+    assert!(html.contains("As frames"));
 }
 
 #[test]

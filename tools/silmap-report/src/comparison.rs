@@ -1,24 +1,34 @@
-//! Exact extraction and interpolation side by side: a table for the whole model, and how the time of each method grows with
-//! the model's resolution, with the papers' own figures beside.
+//! Exact extraction and interpolation side by side: for the whole model, over its resolution, and as frames.
 //!
-//! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, tables 1 and 2, figure 9 and section 7; Pop,
-//! Duncan, Barequet, Goodrich, Huang, Kumar. Efficient Perspective-Accurate Silhouette Computation and Applications. SCG 2001,
-//! table 2.
+//! This is what is compared and what follows from it; `section` writes it down, `plots` draws it, `printed` has the papers' figures.
+//!
+//! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, tables 1 and 2, figures 9 and 11 and section 7;
+//! Pop, Duncan, Barequet, Goodrich, Huang, Kumar. Efficient Perspective-Accurate Silhouette Computation and Applications. SCG
+//! 2001, table 2.
 
-use maud::{Markup, PreEscaped, html};
 use serde_json::{Map, Value, json};
 
-use crate::charts;
+mod plots;
+mod printed;
+mod section;
+
+pub(crate) use section::section;
 
 /// Methods compared at the same viewpoints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Comparison {
     /// The model at several resolutions, coarsest first; the last is the model itself.
     pub levels: Vec<ComparisonLevel>,
-    /// Interpolation at the same viewpoints.
+    /// Interpolation at the viewpoints of the walk.
     pub contours: Vec<ContourResult>,
     /// Viewpoints of the walk.
-    pub viewpoints: u32,
+    pub walk_viewpoints: u32,
+    /// Viewpoints on all sides.
+    pub scattered_viewpoints: u32,
+    /// Threads that the method on all cores has.
+    pub threads: u32,
+    /// Drawing, where there is something to draw with.
+    pub frames: Option<FrameResults>,
 }
 
 /// Extraction from the model at one resolution.
@@ -30,11 +40,29 @@ pub struct ComparisonLevel {
     pub methods: Vec<ExtractionResult>,
 }
 
-/// What one method of extraction did; means over the viewpoints.
+/// What one method of extraction did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExtractionResult {
     /// The method.
     pub method: String,
+    /// On a smooth walk.
+    pub walk: Extracted,
+    /// At viewpoints on all sides, each far from the one before.
+    pub scattered: Extracted,
+    /// Bytes kept about the mesh.
+    pub data_bytes: u64,
+    /// Time to build them, seconds.
+    pub build_seconds: f64,
+    /// For a frame of the hull clipped to what was found, on the walk, seconds: extraction, stencil and drawing. Where frames were drawn
+    /// and the method does not take long.
+    pub frame_seconds: Option<f64>,
+}
+
+/// Extraction at some viewpoints; counts are means over them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extracted {
+    /// How many: the first ones alone where a method takes long.
+    pub viewpoints: u32,
     /// Edges found.
     pub silhouette_edges: f64,
     /// Edges tested.
@@ -43,10 +71,6 @@ pub struct ExtractionResult {
     pub visited_nodes: f64,
     /// Median time, seconds.
     pub seconds_median: f64,
-    /// Bytes kept about the mesh.
-    pub data_bytes: u64,
-    /// Time to build them, seconds.
-    pub build_seconds: f64,
 }
 
 /// What one method of interpolation did.
@@ -62,68 +86,45 @@ pub struct ContourResult {
     pub data_bytes: u64,
 }
 
-/// Printed figures: what, of which model, found, tested edges, nodes, and milliseconds or times faster than brute force.
-const PRINTED: [[&str; 6]; 7] = [
-    [
-        "anchored cones, 2000, table 2",
-        "bunny, 69,674",
-        "3,461",
-        "10,256",
-        "4,282",
-        "4.1 ms, 5.0 ×",
-    ],
-    [
-        "brute force, 2000, table 2",
-        "bunny, 69,674",
-        "3,461",
-        "104,511",
-        "0",
-        "20.4 ms",
-    ],
-    [
-        "anchored cones, 2000, table 2",
-        "dragon, 400,000",
-        "23,493",
-        "67,934",
-        "26,291",
-        "28.2 ms, 4.2 ×",
-    ],
-    [
-        "anchored cones, 2000, table 2",
-        "knot, 185,856",
-        "3,291",
-        "13,134",
-        "7,926",
-        "6.4 ms, 7.9 ×",
-    ],
-    [
-        "anchored cones, 2000, table 2",
-        "three holes, 188,416",
-        "1,737",
-        "5,976",
-        "4,594",
-        "3.3 ms, 15.6 ×",
-    ],
-    [
-        "dual space, 2001, table 2",
-        "bunny, 69,451",
-        "",
-        "",
-        "",
-        "6.4 ×",
-    ],
-    [
-        "dual space, 2001, table 2",
-        "dragon, 871,414",
-        "",
-        "",
-        "",
-        "6.1 ×",
-    ],
-];
+/// Frames, timed with processor and device one after the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameResults {
+    /// What drew them.
+    pub adapter: String,
+    /// Side of the pictures, pixels.
+    pub size_px: u32,
+    /// Faces of the hull that is clipped.
+    pub hull_faces: usize,
+    /// Faces of a mesh, and seconds for a frame of it, fewest faces first; the last may have more than the model.
+    pub full: Vec<(usize, f64)>,
+    /// Seconds for a frame of the hull clipped to the interpolated outline, and the method.
+    pub interpolated: Option<(String, f64)>,
+    /// Seconds for a frame of the hull alone.
+    pub hull_seconds: f64,
+}
 
+/// How the eye moves from one extraction to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motion {
+    Walk,
+    Scattered,
+}
+
+/// The method on all cores; all others have one thread.
+const PARALLEL: &str = "brute-parallel";
+/// The method that all are compared with.
+const BRUTE: &str = "brute";
 /// Cost of testing a node over that of an edge, as the 2000 paper weighs them.
 const NODE_COST: f64 = 4.0 / 3.0;
+
+impl ExtractionResult {
+    fn on(&self, motion: Motion) -> &Extracted {
+        match motion {
+            Motion::Walk => &self.walk,
+            Motion::Scattered => &self.scattered,
+        }
+    }
+}
 
 impl ComparisonLevel {
     fn of(&self, method: &str) -> Option<&ExtractionResult> {
@@ -131,227 +132,230 @@ impl ComparisonLevel {
     }
 
     /// How many times less than scalar brute force a method takes.
-    fn times_faster(&self, result: &ExtractionResult) -> Option<f64> {
-        let brute = self.of("brute")?;
-        Some(brute.seconds_median / result.seconds_median.max(f64::MIN_POSITIVE))
+    fn times_faster(&self, result: &ExtractionResult, motion: Motion) -> Option<f64> {
+        let brute = self.of(BRUTE)?.on(motion).seconds_median;
+        Some(brute / result.on(motion).seconds_median.max(f64::MIN_POSITIVE))
     }
 
     /// Tests of Johannsen and Carter's hierarchy over those of the cones.
     fn cones_over_jc(&self) -> Option<f64> {
-        let cost = |r: &ExtractionResult| r.tested_edges + NODE_COST * r.visited_nodes;
-        Some(cost(self.of("jc")?) / cost(self.of("cones")?).max(1.0))
+        let cost = |method: &str| {
+            let found = self.of(method)?.scattered;
+            Some(found.tested_edges + NODE_COST * found.visited_nodes)
+        };
+        Some(cost("jc")? / cost("cones")?.max(1.0))
+    }
+
+    /// The method that takes the least time for some viewpoints in all, preparation included, on one thread; and that time.
+    fn fastest_in_all(&self, viewpoints: u32) -> Option<(&ExtractionResult, f64)> {
+        (self.methods.iter())
+            .filter(|r| r.method != PARALLEL)
+            .map(|r| {
+                let each = r.scattered.seconds_median;
+                (r, r.build_seconds + f64::from(viewpoints) * each)
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The method that takes the least time.
+    fn fastest(&self, motion: Motion, is_on_one_thread: bool) -> Option<&ExtractionResult> {
+        (self.methods.iter())
+            .filter(|r| !is_on_one_thread || r.method != PARALLEL)
+            .min_by(|a, b| {
+                let seconds = |r: &ExtractionResult| r.on(motion).seconds_median;
+                seconds(a).total_cmp(&seconds(b))
+            })
     }
 }
 
 impl Comparison {
     /// The fewest faces at which `method` is faster than `other`, here and at all finer levels.
-    fn crossover(&self, method: &str, other: &str) -> Option<usize> {
+    fn crossover(&self, method: &str, other: &str, motion: Motion) -> Option<usize> {
         let is_faster = |level: &&ComparisonLevel| {
-            let seconds = |name: &str| level.of(name).map(|r| r.seconds_median);
+            let seconds = |name: &str| level.of(name).map(|r| r.on(motion).seconds_median);
             matches!((seconds(method), seconds(other)), (Some(a), Some(b)) if a < b)
         };
         let faster = self.levels.iter().rev().take_while(is_faster);
         faster.last().map(|level| level.faces)
     }
-}
 
-/// The section of the page.
-pub(crate) fn section(comparison: &Comparison) -> Markup {
-    let Some(model) = comparison.levels.last() else {
-        return html! {};
-    };
-    let ratio = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.1}"));
-    html! {
-        section {
-            h2 { "Exact extraction beside interpolation" }
-            p {
-                "At " (comparison.viewpoints) " viewpoints 0.5° apart on a circle around the model; " code { "dual" }
-                " goes on from the viewpoint before. All methods find the same edges. One thread, but for "
-                code { "brute-parallel" } "."
-            }
-            div.scroll {
-                table {
-                    caption { "The model, " (model.faces) " faces" }
-                    thead { tr {
-                        th { "method" } th { "edges" } th { "edges tested" } th { "nodes tested" } th { "median, ms" }
-                        th { "times " code { "brute" } } th { "bytes" } th { "build, s" } th { "error, px" }
-                    } }
-                    tbody {
-                        @for r in &model.methods {
-                            tr {
-                                th scope="row" { (r.method) }
-                                td { (format!("{:.0}", r.silhouette_edges)) }
-                                td { (format!("{:.0}", r.tested_edges)) }
-                                td { (format!("{:.0}", r.visited_nodes)) }
-                                td { (format!("{:.4}", 1e3 * r.seconds_median)) }
-                                td { (ratio(model.times_faster(r))) }
-                                td { (r.data_bytes) }
-                                td { (format!("{:.3}", r.build_seconds)) }
-                                td { "0" }
-                            }
-                        }
-                        @for r in &comparison.contours {
-                            tr {
-                                th scope="row" { "interpolated, " (r.method) }
-                                td {} td {} td {}
-                                td { (format!("{:.4}", 1e3 * r.seconds_median)) }
-                                td {}
-                                td { (r.data_bytes) }
-                                td {}
-                                td { (format!("{:.3}", r.error_px)) }
-                            }
-                        }
-                    }
-                }
-            }
-            div.plots {
-                figure {
-                    (PreEscaped(charts::crossover(comparison)))
-                    figcaption {
-                        "Time over resolution, as in figure 9 of the 2000 paper: hulls of the model with fewer faces, and the model. "
-                        "Dashed: interpolation by the last method of the table, which does not depend on it. "
-                        @for (method, other) in [("cones", "brute"), ("cones", "brute-parallel"), ("dual", "brute-parallel")] {
-                            @match comparison.crossover(method, other) {
-                                Some(faces) => { code { (method) } " is ahead of " code { (other) } " from " (faces) " faces on. " }
-                                None => { code { (method) } " is not ahead of " code { (other) } " at the finest. " }
-                            }
-                        }
-                    }
-                }
-                div.scroll {
-                    table {
-                        caption { "Tests of " code { "jc" } " over those of " code { "cones" } ", a node counted as 4/3 edges" }
-                        thead { tr { th { "faces" } th { "here" } th { "2000 paper, bunny" } } }
-                        tbody {
-                            @for level in &comparison.levels {
-                                tr {
-                                    th scope="row" { (level.faces) }
-                                    td { (ratio(level.cones_over_jc())) }
-                                    td { (printed_over_jc(level.faces)) }
-                                }
-                            }
-                        }
-                    }
-                }
-            }
-            div.scroll {
-                table {
-                    caption { "As printed, on machines of their time (550 MHz in 2000)" }
-                    thead { tr {
-                        th { "method" } th { "model, faces" } th { "edges" } th { "edges tested" } th { "nodes tested" } th { "time" }
-                    } }
-                    tbody {
-                        @for [method, cells @ ..] in &PRINTED {
-                            tr { th scope="row" { (method) } @for cell in cells { td { (cell) } } }
-                        }
-                    }
-                }
-            }
-        }
+    /// Faces of the levels at which `method` takes less time than all others.
+    fn levels_won(&self, method: &str, motion: Motion) -> Vec<usize> {
+        (self.levels.iter())
+            .filter(|level| {
+                level
+                    .fastest(motion, false)
+                    .is_some_and(|r| r.method == method)
+            })
+            .map(|level| level.faces)
+            .collect()
+    }
+
+    /// The power of the number of silhouette edges with which a method's time grows, at scattered viewpoints: the slope of figure 9
+    /// with both axes logarithmic.
+    fn growth(&self, method: &str) -> Option<f64> {
+        self.power(|level| Some(level.of(method)?.scattered.seconds_median))
+    }
+
+    /// The power of the number of silhouette edges with which something grows, by least squares over the levels.
+    fn power(&self, value: impl Fn(&ComparisonLevel) -> Option<f64>) -> Option<f64> {
+        const FEWEST_LEVELS: usize = 3;
+        let points: Vec<(f64, f64)> = (self.levels.iter())
+            .filter_map(|level| {
+                let edges = level.of(BRUTE)?.scattered.silhouette_edges;
+                Some((edges.ln(), value(level)?.ln()))
+            })
+            .filter(|(x, y)| x.is_finite() && y.is_finite())
+            .collect();
+        let count = points.len() as f64;
+        let mean_x = points.iter().map(|p| p.0).sum::<f64>() / count;
+        let mean_y = points.iter().map(|p| p.1).sum::<f64>() / count;
+        let spread: f64 = points.iter().map(|p| (p.0 - mean_x).powi(2)).sum();
+        let both: f64 = (points.iter())
+            .map(|p| (p.0 - mean_x) * (p.1 - mean_y))
+            .sum();
+        (points.len() >= FEWEST_LEVELS && spread > 0.0).then(|| both / spread)
+    }
+
+    /// Methods that plots show: the one that all are compared with, the papers' own, and those that are the fastest somewhere.
+    fn telling_methods(&self) -> Vec<&str> {
+        let is_papers = |name: &str| {
+            name == BRUTE || name == PARALLEL || name == "cones" || name.starts_with("dual")
+        };
+        let wins = |name: &str| {
+            [Motion::Walk, Motion::Scattered].into_iter().any(|motion| {
+                (self.levels.iter())
+                    .filter_map(|level| level.fastest(motion, true))
+                    .any(|r| r.method == name)
+            })
+        };
+        let all = self.levels.last().map_or(&[][..], |level| &level.methods);
+        (all.iter().map(|r| r.method.as_str()))
+            .filter(|name| is_papers(name) || wins(name))
+            .collect()
+    }
+
+    /// The fewest faces from which on the hull clipped by `method` has a finer silhouette than a mesh drawn in the same time.
+    fn clipping_pays_from(&self, method: &str) -> Option<usize> {
+        let pairs = self.same_time(method);
+        let pays = |pair: &&(usize, Option<f64>)| pair.1.is_some_and(|drawn| drawn < pair.0 as f64);
+        pairs
+            .iter()
+            .rev()
+            .take_while(pays)
+            .last()
+            .map(|pair| pair.0)
+    }
+
+    /// For each level: its faces, and how many faces can be drawn unclipped in the time of the hull clipped to its silhouette by
+    /// `method` (figure 11).
+    fn same_time(&self, method: &str) -> Vec<(usize, Option<f64>)> {
+        let Some(frames) = &self.frames else {
+            return Vec::new();
+        };
+        (self.levels.iter())
+            .filter_map(|level| {
+                let seconds = level.of(method)?.frame_seconds?;
+                Some((level.faces, frames.faces_drawn_in(seconds)))
+            })
+            .collect()
     }
 }
 
-/// The 2000 paper's factor over Johannsen and Carter for a bunny of about as many faces.
-fn printed_over_jc(faces: usize) -> &'static str {
-    match faces {
-        400..=600 => "1.1",
-        3_500..=4_500 => "1.3",
-        19_000..=21_000 => "1.5",
-        48_000..=52_000 => "2.0",
-        69_000..=70_000 => "2.1",
-        _ => "",
+impl FrameResults {
+    /// How many faces of a mesh can be drawn in this time: in between the measured ones as a power of the time, `None` beyond them.
+    fn faces_drawn_in(&self, seconds: f64) -> Option<f64> {
+        // More faces do not take less time, but measured times scatter.
+        let mut least = 0.0_f64;
+        let times: Vec<(f64, f64)> = (self.full.iter())
+            .map(|&(faces, time)| {
+                least = least.max(time);
+                (faces as f64, least)
+            })
+            .collect();
+        times.windows(2).find_map(|pair| {
+            let ((faces, time), (more_faces, more_time)) = (pair[0], pair[1]);
+            if !(time <= seconds && seconds <= more_time) || time <= 0.0 {
+                return None;
+            }
+            if more_time <= time {
+                return Some(more_faces);
+            }
+            let share = (seconds / time).ln() / (more_time / time).ln();
+            Some(faces * (more_faces / faces).powf(share))
+        })
+    }
+
+    /// Seconds for a frame of a mesh of exactly this many faces, where it was drawn.
+    fn full_seconds(&self, faces: usize) -> Option<f64> {
+        self.full.iter().find(|f| f.0 == faces).map(|f| f.1)
     }
 }
 
 /// The same as JSON.
-pub(crate) fn numbers(comparison: &Comparison) -> Value {
-    let level = |level: &ComparisonLevel| {
+#[must_use]
+pub fn numbers(comparison: &Comparison) -> Value {
+    let extracted = |e: &Extracted| {
         json!({
-            "faces": level.faces,
-            "methods": level.methods.iter().map(|r| (r.method.clone(), json!({
-                "silhouette_edges": r.silhouette_edges,
-                "tested_edges": r.tested_edges,
-                "visited_nodes": r.visited_nodes,
-                "seconds_median": r.seconds_median,
-                "data_bytes": r.data_bytes,
-                "build_seconds": r.build_seconds,
-            }))).collect::<Map<_, _>>(),
+            "viewpoints": e.viewpoints,
+            "silhouette_edges": e.silhouette_edges,
+            "tested_edges": e.tested_edges,
+            "visited_nodes": e.visited_nodes,
+            "seconds_median": e.seconds_median,
         })
     };
+    let method = |r: &ExtractionResult| {
+        json!({
+            "walk": extracted(&r.walk),
+            "scattered": extracted(&r.scattered),
+            "data_bytes": r.data_bytes,
+            "build_seconds": r.build_seconds,
+            "frame_seconds": r.frame_seconds,
+        })
+    };
+    let fastest = |level: &ComparisonLevel, is_on_one_thread: bool| {
+        let name = |motion| level.fastest(motion, is_on_one_thread).map(|r| &r.method);
+        json!({ "walk": name(Motion::Walk), "scattered": name(Motion::Scattered) })
+    };
+    let level = |level: &ComparisonLevel| {
+        let methods = level.methods.iter().map(|r| (r.method.clone(), method(r)));
+        json!({
+            "faces": level.faces,
+            "methods": methods.collect::<Map<_, _>>(),
+            "fastest": fastest(level, false),
+            "fastest_on_one_thread": fastest(level, true),
+            "jc_tests_over_cones": level.cones_over_jc(),
+        })
+    };
+    let all = comparison.levels.last().map_or(&[][..], |l| &l.methods);
+    let by_method = |value: &dyn Fn(&str) -> Value| -> Map<String, Value> {
+        (all.iter())
+            .map(|r| (r.method.clone(), value(&r.method)))
+            .collect()
+    };
     json!({
-        "viewpoints": comparison.viewpoints,
+        "walk_viewpoints": comparison.walk_viewpoints,
+        "scattered_viewpoints": comparison.scattered_viewpoints,
+        "threads": comparison.threads,
         "levels": comparison.levels.iter().map(level).collect::<Vec<_>>(),
         "contours": comparison.contours.iter().map(|r| (r.method.clone(), json!({
             "seconds_median": r.seconds_median,
             "outline_error": r.error_px,
             "bytes": r.data_bytes,
         }))).collect::<Map<_, _>>(),
+        "time_grows_by_power_of_silhouette_edges": by_method(&|m| comparison.growth(m).into()),
+        "frames": comparison.frames.as_ref().map(|frames| json!({
+            "adapter": frames.adapter,
+            "size": frames.size_px,
+            "hull_faces": frames.hull_faces,
+            "hull_seconds": frames.hull_seconds,
+            "full": frames.full,
+            "interpolated_seconds": frames.interpolated.as_ref().map(|i| i.1),
+            "faces_in_the_same_time": by_method(&|m| json!(comparison.same_time(m))),
+        })),
+        "printed": printed::numbers(),
     })
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn result(method: &str, seconds_median: f64) -> ExtractionResult {
-        ExtractionResult {
-            method: method.to_owned(),
-            seconds_median,
-            tested_edges: 1e6 * seconds_median,
-            ..ExtractionResult::default()
-        }
-    }
-
-    fn comparison() -> Comparison {
-        let level = |faces, cones, brute| ComparisonLevel {
-            faces,
-            methods: vec![result("cones", cones), result("brute", brute)],
-        };
-        Comparison {
-            levels: vec![
-                level(500, 0.5e-3, 0.7e-3),
-                level(4000, 3e-3, 2e-3),
-                level(20_000, 4e-3, 8e-3),
-                level(69_666, 8e-3, 40e-3),
-            ],
-            contours: vec![ContourResult {
-                method: "tight".to_owned(),
-                seconds_median: 1e-4,
-                error_px: 0.25,
-                data_bytes: 99,
-            }],
-            viewpoints: 60,
-        }
-    }
-
-    #[test]
-    fn a_crossover_holds_for_all_that_is_finer() {
-        let comparison = comparison();
-        assert_eq!(comparison.crossover("cones", "brute"), Some(20_000));
-        assert_eq!(comparison.crossover("brute", "cones"), None);
-        assert_eq!(comparison.crossover("dual", "brute"), None);
-    }
-
-    #[test]
-    fn the_section_has_what_was_measured_and_what_was_printed() {
-        let comparison = comparison();
-        let html = section(&comparison).into_string();
-        for part in [
-            "69666",
-            "from 20000 faces on",
-            "0.250",
-            "5.0",
-            "10,256",
-            "6.4 ×",
-            "8.0000",
-            "<svg",
-        ] {
-            assert!(html.contains(part), "{part} is missing");
-        }
-        assert_eq!(
-            numbers(&comparison)["levels"][3]["methods"]["cones"]["seconds_median"],
-            8e-3
-        );
-        assert_eq!(section(&Comparison::default()).into_string(), "");
-    }
-}
+mod tests;

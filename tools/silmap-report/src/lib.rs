@@ -14,16 +14,21 @@ mod epipolar_picture;
 mod numbers;
 mod page;
 mod palette;
+mod plot;
 mod png;
 mod polytope_picture;
 mod scale;
 mod texture_section;
+mod words;
 
 use glam::DVec3;
 use silmap_geometry::{Camera, ColourImage, Mask, TriangleMesh};
 use silmap_map::Asset;
 
-pub use comparison::{Comparison, ComparisonLevel, ContourResult, ExtractionResult};
+pub use comparison::{
+    Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
+    numbers as comparison_numbers,
+};
 pub use polytope_picture::PolytopeLevel;
 
 /// Everything the page shows.

@@ -8,13 +8,17 @@ use crate::contour_generator::{contour_generator_pictures, telling_view};
 use crate::difference::{closer_look, difference, silhouette};
 use crate::direction_map::{direction_map, shared_scale};
 use crate::epipolar_picture::epipolar_pictures;
-use crate::numbers::contour_counts;
 use crate::polytope_picture::polytope_picture;
 use crate::texture_section::textures;
+use crate::words::{grouped, millis, percent, significant};
 use crate::{
     ErrorSample, MethodErrors, Picture, PictureRow, PlaceErrors, Report, WorstView, charts,
     comparison, palette, png,
 };
+
+mod sizes;
+
+use sizes::{sizes, times};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -159,7 +163,7 @@ fn error_table(place: &PlaceErrors) -> Markup {
     }
 }
 
-fn swatch(method: &str) -> Markup {
+pub(crate) fn swatch(method: &str) -> Markup {
     let colour = palette::hex(palette::of_method(method));
     html! { span.swatch style=(format!("background:{colour}")) {} }
 }
@@ -325,110 +329,6 @@ fn inside(report: &Report<'_>) -> Markup {
     }
 }
 
-fn sizes(report: &Report<'_>) -> Markup {
-    let map = &report.asset.map;
-    let counts: Vec<usize> = map.contour_vertex_counts().collect();
-    let summary = contour_counts(report);
-    let map_bytes = report.bytes.first().map_or(0, |b| b.1) as f64;
-    let total = report.bytes.last().map_or(0, |b| b.1).max(1) as f64;
-    html! {
-        section {
-            h2 { "Sizes" }
-            div.plots {
-                div {
-                    div.scroll {
-                        table {
-                            thead { tr { th { "part" } th { "bytes" } th { "of the file, %" } } }
-                            tbody {
-                                @for (name, bytes) in &report.bytes {
-                                    tr {
-                                        th scope="row" { (name) }
-                                        td { (grouped(*bytes)) }
-                                        td { (format!("{:.1}", 100.0 * *bytes as f64 / total)) }
-                                    }
-                                }
-                            }
-                        }
-                    }
-                    div.scroll {
-                        table {
-                            thead { tr { th { "silhouettes" } th { "" } } }
-                            tbody {
-                                (row("views", map.views.len().to_string()))
-                                (row("captured at", format!("{}²", map.resolution_px)))
-                                (row("contours", map.views.iter().map(|v| v.contours.len()).sum::<usize>().to_string()))
-                                (row("contour vertices", grouped(summary.total as u64)))
-                                (row("per view: least", summary.least.to_string()))
-                                (row("median", significant(summary.median)))
-                                (row("mean", format!("{:.1}", summary.mean)))
-                                (row("most", summary.most.to_string()))
-                                (row("bytes per view", format!("{:.0}", map_bytes / counts.len().max(1) as f64)))
-                                (row("bytes per vertex", format!("{:.2}", map_bytes / summary.total.max(1) as f64)))
-                                (row("depths", if map.has_depth() { "yes" } else { "no" }.to_owned()))
-                            }
-                        }
-                    }
-                }
-                figure {
-                    (PreEscaped(charts::histogram(&counts)))
-                    figcaption { "How many contour vertices the views have." }
-                }
-            }
-        }
-    }
-}
-
-fn row(name: &str, value: String) -> Markup {
-    html! { tr { th scope="row" { (name) } td { (value) } } }
-}
-
-fn times(report: &Report<'_>) -> Markup {
-    let conditions = &report.conditions;
-    html! {
-        section {
-            h2 { "Times" }
-            div.plots {
-                @if !report.contour_times.is_empty() {
-                    div.scroll {
-                        table {
-                            caption { "An outline, by method" }
-                            thead { tr { th { "method" } th { "median, ms" } th { "95 % below, ms" } th { "calls" } } }
-                            tbody {
-                                @for time in &report.contour_times {
-                                    tr {
-                                        th scope="row" { (swatch(&time.method)) (time.method) }
-                                        td { (millis(time.median)) }
-                                        td { (millis(time.most)) }
-                                        td { (time.calls) }
-                                    }
-                                }
-                            }
-                        }
-                    }
-                }
-                @if !report.seconds.is_empty() {
-                    div.scroll {
-                        table {
-                            caption { "Making the asset" }
-                            thead { tr { th { "stage" } th { "seconds" } } }
-                            tbody {
-                                @for (name, seconds) in &report.seconds { (row(name, format!("{seconds:.2}"))) }
-                            }
-                        }
-                    }
-                }
-            }
-            p {
-                "Measured on " (conditions.machine)
-                @if conditions.is_optimised { "" } @else { ", in a program that is not optimised" }
-                ". Outlines: one thread, the eye on a smooth walk around the model, buffers warm, each call timed by itself. Errors: "
-                (conditions.threads) @if conditions.threads == 1 { " thread" } @else { " threads" } ", "
-                (format!("{:.0}", conditions.seconds)) " s for all that is on this page."
-            }
-        }
-    }
-}
-
 /// Pictures with fewer columns than this are enlarged without smoothing: their pixels are what they show.
 const SHARP_BELOW_PX: u32 = 128;
 
@@ -449,45 +349,6 @@ fn picture_row(row: &PictureRow) -> Markup {
             figcaption { (row.caption) }
         }
     }
-}
-
-/// A share in percent with three digits behind the point: escaped pixels are counted in hundredths of a percent.
-fn percent(share: f64) -> String {
-    format!("{:.3}", 100.0 * share)
-}
-
-/// Milliseconds, to the microsecond.
-fn millis(seconds: f64) -> String {
-    format!("{:.3}", 1e3 * seconds)
-}
-
-/// A number with four digits that matter, in plain decimals.
-fn significant(value: f64) -> String {
-    let before = if value == 0.0 {
-        0
-    } else {
-        value.abs().log10().floor() as i32 + 1
-    };
-    let behind = (4 - before).clamp(0, 9) as usize;
-    let text = format!("{value:.behind$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
-}
-
-/// A whole number with its digits in threes.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (k, digit) in digits.chars().enumerate() {
-        if k > 0 && (digits.len() - k).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 #[cfg(test)]

@@ -30,6 +30,8 @@ pub(crate) fn of_method(name: &str) -> Rgb {
         "cones" => [0x3c, 0x9d, 0x5f],
         "jc" => [0x8d, 0x6a, 0xc8],
         "dual" => [0x17, 0x8a, 0xa6],
+        // Other searches of dual space.
+        _ if name.starts_with("dual") => [0x5a, 0x55, 0xb5],
         _ => OTHER,
     }
 }

@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use crate::TextureFigures;
+use crate::words::grouped;
 
 /// Figures of merit, differences of colours and jumps, each as a table.
 pub(crate) fn textures(figures: &TextureFigures) -> Markup {
@@ -32,7 +33,7 @@ pub(crate) fn textures(figures: &TextureFigures) -> Markup {
             "the same, atlas",
             format!("{:.0}", figures.atlas_texels_per_radius),
         ),
-        ("bytes of all pictures", figures.bytes.to_string()),
+        ("bytes of all pictures", grouped(figures.bytes)),
     ];
     html! {
         section {

@@ -2,12 +2,22 @@
 
 use glam::DVec2;
 
+use super::refine_pose as refine_pose_watched;
 use super::*;
 use crate::test_meshes::torus;
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_non_zero;
 
 const SIZE: (u32, u32) = (256, 256);
+
+fn refine_pose(
+    mesh: &ClosedMesh,
+    outline: &[Loop],
+    start: &Camera,
+    params: &AlignParams,
+) -> Result<Pose, AlignError> {
+    refine_pose_watched(mesh, outline, start, params, &mut |_| true)
+}
 
 /// A ring that is thicker on one side, bent, and with a bump: no turn leaves it as it is.
 fn crooked() -> ClosedMesh {
@@ -170,5 +180,40 @@ fn an_eye_close_to_the_model_is_no_trouble() {
         let eye = corner + truth.right * away;
         let close = Camera { eye, ..truth };
         let _ = refine_pose(&mesh, &outline, &close, &AlignParams::default());
+    }
+}
+
+#[test]
+fn it_counts_rounds_and_stops_when_told() {
+    let mesh = crooked();
+    let truth = camera(&mesh, DVec3::new(0.6, 0.9, 1.0));
+    // Another model's outline: every start is tried.
+    let other = ClosedMesh::try_from(torus(24, 12)).unwrap();
+    let strange = outline_of(&other, &camera(&other, DVec3::new(0.6, 0.9, 1.0)));
+    let params = AlignParams {
+        rounds: 4,
+        ..AlignParams::default()
+    };
+    let mut told = Vec::new();
+    let mut watch = |advance| {
+        told.push(advance);
+        true
+    };
+    let pose = refine_pose_watched(&mesh, &strange, &truth, &params, &mut watch).unwrap();
+    assert_eq!(told.len(), pose.rounds as usize);
+    assert!(
+        (0..).zip(&told).all(|(k, a)| a.done == k && a.total == 28),
+        "{told:?}"
+    );
+    assert!(pose.rounds > 4, "one start alone");
+    for stop_at in [0, 1, 6] {
+        let mut calls = 0;
+        let mut watch = |_| {
+            calls += 1;
+            calls <= stop_at
+        };
+        let stopped = refine_pose_watched(&mesh, &strange, &truth, &params, &mut watch);
+        assert_eq!(stopped, Err(AlignError::Interrupted));
+        assert_eq!(calls, stop_at + 1);
     }
 }

@@ -4,9 +4,18 @@ use glam::DVec2;
 use silmap_geometry::polygon::{Loop, fill_non_zero};
 use silmap_geometry::{Camera, Mask};
 
+use super::simplify as simplify_watched;
 use super::*;
 use crate::test_meshes::torus;
 use crate::{Outliner, silhouette_edges};
+
+fn simplify(
+    mesh: &ClosedMesh,
+    eyes: &[DVec3],
+    params: &SimplifyParams,
+) -> Result<TriangleMesh, SimplifyError> {
+    simplify_watched(mesh, eyes, params, &mut |_| true)
+}
 
 /// A fine torus with waves all over it.
 fn wavy() -> ClosedMesh {
@@ -135,4 +144,34 @@ fn it_goes_as_far_as_it_can_and_bad_parameters_are_named() {
         simplify(&mesh, &eyes, &SimplifyParams::default()),
         Err(SimplifyError::BadEye { index: 1 })
     );
+}
+
+#[test]
+fn it_tells_how_far_it_is_and_stops_when_told() {
+    let mesh = wavy();
+    let eyes = [DVec3::new(1.0, 4.0, 2.0), DVec3::Z * 5.0];
+    let mut told = Vec::new();
+    let mut watch = |advance| {
+        told.push(advance);
+        true
+    };
+    simplify_watched(&mesh, &eyes, &params(600), &mut watch).unwrap();
+    let last = told[told.len() - 1];
+    assert!(told.len() > 10 && told.is_sorted_by_key(|a: &Advance| a.done));
+    assert!(told.iter().all(|a| a.total == last.total));
+    assert!(
+        last.done <= last.total && last.done > last.total / 2,
+        "{last:?}"
+    );
+    // Wherever it is told to stop, it calls no more.
+    for stop_at in [0, 1, 5, told.len() - 1] {
+        let mut calls = 0;
+        let mut watch = |_| {
+            calls += 1;
+            calls <= stop_at
+        };
+        let stopped = simplify_watched(&mesh, &eyes, &params(600), &mut watch);
+        assert_eq!(stopped, Err(SimplifyError::Interrupted));
+        assert_eq!(calls, stop_at + 1);
+    }
 }

@@ -124,7 +124,8 @@ impl From<ExtractionArg> for silmap_exact::Method {
 #[command(after_help = "\
 Examples:
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --svg lines.svg
-  silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json")]
+  silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json
+  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --outline outline.json")]
 #[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction"]))]
 pub(crate) struct EdgesArgs {
     /// The mesh
@@ -150,6 +151,10 @@ pub(crate) struct EdgesArgs {
     /// Draw the edges, hidden ones too, into this file
     #[arg(long, value_name = "FILE")]
     pub(crate) svg: Option<PathBuf>,
+    /// Write the outline against the background into this file: JSON with a camera in which the model's bounding sphere just fits, and
+    /// polygons in its pixels that do not cross
+    #[arg(long, value_name = "FILE")]
+    pub(crate) outline: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
@@ -189,6 +194,10 @@ pub(crate) struct BenchArgs {
     /// Methods of extraction to measure; may be given several times [default: all]
     #[arg(long, value_name = "WHICH", value_enum)]
     pub(crate) edges: Vec<ExtractionArg>,
+    /// Also over the model's resolution, as in a report: every method of extraction on hulls with fewer faces, and how many faces can be
+    /// drawn unclipped in the same time; takes minutes
+    #[arg(long)]
+    pub(crate) comparison: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]

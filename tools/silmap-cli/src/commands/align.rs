@@ -15,6 +15,7 @@ use crate::args::AlignArgs;
 use crate::camera::CameraJson;
 use crate::files::load_model;
 use crate::output::{self, OutputFile};
+use crate::progress::Progress;
 
 /// Pixels brighter than this are inside.
 const INSIDE_LUMA: u8 = 127;
@@ -56,7 +57,11 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     let bounds = model.bounds();
     let start = read_pose(&args.start, (mask.width(), mask.height()), bounds)?;
     let since = Instant::now();
-    let pose = refine_pose(&model, &outline, &start, &AlignParams::default())
+    let params = AlignParams::default();
+    let pose = Progress::new()
+        .count("fitting outlines", |watch| {
+            refine_pose(&model, &outline, &start, &params, watch)
+        })
         .with_context(|| args.mask.display().to_string())?;
     let seconds = since.elapsed().as_secs_f64();
     let Pose {

@@ -12,9 +12,11 @@ use crate::args::BenchArgs;
 use crate::bench::{Bench, Row};
 use crate::commands::build::build_watched;
 use crate::commands::open_gpu;
+use crate::comparison::compare;
 use crate::files::{load_model, load_model_of, read_asset};
 use crate::machine;
 use crate::output;
+use crate::progress::Progress;
 use crate::subdivide::subdivide;
 
 /// From where the walk starts, and how far away it leads, in radii.
@@ -33,6 +35,9 @@ struct BenchJson {
     rows: Vec<Row>,
     /// How many times longer a frame of the full mesh takes, processor and device together.
     ratios: serde_json::Map<String, serde_json::Value>,
+    /// Over the model's resolution, as in a report.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    comparison: Option<serde_json::Value>,
 }
 
 pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
@@ -56,7 +61,11 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         target_faces: asset.hull.faces.len() as u32,
         ..SimplifyParams::default()
     };
-    let simplified = simplify(&model.mesh, &[], &params).with_context(named)?;
+    let simplified = Progress::new()
+        .count("simplifying", |watch| {
+            simplify(&model.mesh, &[], &params, watch)
+        })
+        .with_context(named)?;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
     let bench = Bench {
         full: &full,
@@ -68,6 +77,14 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         extractions: extractions(args),
     };
     let (rows, has_timestamps) = bench.run(&gpu).with_context(named)?;
+    let comparison = (args.comparison)
+        .then(|| {
+            Progress::new()
+                .watch(|monitor| compare(&asset, &bytes, &model.mesh, Some(&gpu), monitor))
+        })
+        .transpose()
+        .with_context(named)?
+        .map(|comparison| silmap_report::comparison_numbers(&comparison));
     let result = BenchJson {
         adapter: gpu.adapter_name(),
         timing: if has_timestamps {
@@ -78,6 +95,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         machine: machine::describe(),
         ratios: ratios(&rows),
         rows,
+        comparison,
     };
     if args.output.json {
         return output::print_json(&result);
@@ -141,6 +159,41 @@ fn table(result: &BenchJson) -> String {
             1e3 * row.cpu_seconds_median,
             row.bytes
         ));
+    }
+    if let Some(comparison) = &result.comparison {
+        text.push_str(&resolutions(comparison));
+    }
+    text
+}
+
+/// What figures 9 and 11 of the 2000 paper show, as lines.
+fn resolutions(comparison: &serde_json::Value) -> String {
+    let mut text = format!(
+        "\n{:>9} {:<16} {:>10} {:>10} {:>13} {:>13} {:>16}\n",
+        "faces", "", "edges", "walk µs", "scattered µs", "frame ms", "same-time faces"
+    );
+    let list = |pointer: &str| comparison.pointer(pointer).and_then(|v| v.as_array());
+    for (k, level) in list("/levels").into_iter().flatten().enumerate() {
+        let Some(methods) = level["methods"].as_object() else {
+            continue;
+        };
+        for (name, method) in methods {
+            let number = |pointer: &str, factor: f64, digits: usize| {
+                let value = method.pointer(pointer).and_then(serde_json::Value::as_f64);
+                value.map_or(String::new(), |v| format!("{:.digits$}", factor * v))
+            };
+            let same = format!("/frames/faces_in_the_same_time/{name}/{k}/1");
+            let same = comparison.pointer(&same).and_then(|v| v.as_f64());
+            text.push_str(&format!(
+                "{:>9} {name:<16} {:>10} {:>10} {:>13} {:>13} {:>16}\n",
+                level["faces"].to_string(),
+                number("/scattered/silhouette_edges", 1.0, 0),
+                number("/walk/seconds_median", 1e6, 1),
+                number("/scattered/seconds_median", 1e6, 1),
+                number("/frame_seconds", 1e3, 2),
+                same.map_or(String::new(), |faces| format!("{faces:.0}")),
+            ));
+        }
     }
     text
 }

@@ -8,12 +8,14 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{
-    DirectedEdge, EdgeMesh, Extractor, Method, Viewpoint, Work, chain_loops, walk_around,
+    DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Work, chain_loops, walk_around,
 };
-use silmap_geometry::{Camera, TriangleMesh};
+use silmap_geometry::{Camera, Loop, TriangleMesh};
 
 use crate::args::{EdgesArgs, usage_error};
+use crate::camera::CameraJson;
 use crate::files::load_model;
+use crate::interrupt;
 use crate::output::{self, OutputFile};
 
 /// Side of the drawing in pixels.
@@ -38,6 +40,18 @@ struct EdgesJson {
     edges: Option<Vec<[u32; 2]>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     vertices: Option<Vec<[f64; 3]>>,
+    /// From edges to the polygons of the outline, where they were asked for; over all repetitions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outline_seconds_median: Option<f64>,
+}
+
+/// A file's worth of outline, with the names that `contour` has.
+#[derive(Serialize)]
+struct OutlineJson {
+    camera: CameraJson,
+    loops: Vec<Vec<[f64; 2]>>,
+    /// From edges to polygons, over all repetitions.
+    seconds: f64,
 }
 
 #[derive(Serialize)]
@@ -51,11 +65,13 @@ struct WalkJson {
 pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let start = viewpoint_from_args(args)?;
     let file = args.svg.as_deref().map(OutputFile::check).transpose()?;
+    let outline_file = args.outline.as_deref().map(OutputFile::check).transpose()?;
     let model = load_model(&args.model, args.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
-    let drawing = match (&file, viewpoints.last()) {
-        (Some(_), Some(last)) => Some(camera_of(last, center, radius)?),
+    let is_seen = file.is_some() || outline_file.is_some();
+    let drawing = match viewpoints.last() {
+        Some(last) if is_seen => Some(camera_of(last, center, radius)?),
         _ => None,
     };
     let mesh = EdgeMesh::from(&model.mesh);
@@ -69,6 +85,19 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
 
     if let (Some(file), Some(camera)) = (&file, &drawing) {
         file.write(svg(model.mesh.mesh(), camera, &edges)?.as_bytes())?;
+    }
+    let mut outline_seconds_median = None;
+    if let (Some(file), Some(camera)) = (&outline_file, &drawing) {
+        let made = outline(model.mesh.mesh(), camera, &edges, args.repeat);
+        let (loops, seconds) = made.with_context(|| args.model.display().to_string())?;
+        outline_seconds_median = Some(seconds);
+        let points = |points: &Loop| points.iter().map(|p| p.to_array()).collect();
+        let json = serde_json::to_vec(&OutlineJson {
+            camera: CameraJson::new(camera, camera.eye.distance(center)),
+            loops: loops.iter().map(points).collect(),
+            seconds,
+        })?;
+        file.write(&json)?;
     }
     let result = EdgesJson {
         method: method.name(),
@@ -86,6 +115,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
             let positions = &model.mesh.mesh().positions;
             positions.iter().map(|p| p.to_array()).collect()
         }),
+        outline_seconds_median,
     };
     if args.output.json {
         return output::print_json(&result);
@@ -178,6 +208,25 @@ fn camera_of(viewpoint: &Viewpoint, center: DVec3, radius: f64) -> anyhow::Resul
     let DVec3 { x, y, z } = eye;
     Camera::fit_sphere(eye, center, radius, None, (DRAWING_PX, DRAWING_PX))
         .with_context(|| format!("--eye {x},{y},{z}"))
+}
+
+/// The outline as polygons in the image, and the median of the seconds that they take.
+fn outline(
+    mesh: &TriangleMesh,
+    camera: &Camera,
+    edges: &[DirectedEdge],
+    repeat: u32,
+) -> anyhow::Result<(Vec<Loop>, f64)> {
+    let mut outliner = Outliner::new(&mesh.positions);
+    let (mut loops, mut times) = (Vec::new(), Vec::new());
+    for _ in 0..repeat {
+        interrupt::check()?;
+        let since = Instant::now();
+        loops = outliner.outline(edges, camera)?;
+        times.push(since.elapsed().as_secs_f64());
+    }
+    times.sort_by(f64::total_cmp);
+    Ok((loops, times[times.len() / 2]))
 }
 
 /// The loops of the silhouette as one path of lines.

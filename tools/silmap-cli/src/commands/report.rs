@@ -38,7 +38,7 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
             let how = (&params, gpu.as_ref());
             let report = measure(&asset, &bytes, model.mesh.mesh(), how, monitor)?;
             let comparison = if args.comparison {
-                Some(compare(&asset, &bytes, &model.mesh, monitor)?)
+                Some(compare(&asset, &bytes, &model.mesh, gpu.as_ref(), monitor)?)
             } else {
                 None
             };

@@ -14,7 +14,9 @@ use silmap_preprocess::mesh_io;
 
 use crate::args::SimplifyArgs;
 use crate::files::load_model;
+use crate::interrupt;
 use crate::output::{self, OutputFile};
+use crate::progress::Progress;
 use crate::values::parse_point;
 
 /// Silhouettes are compared in pictures of this side, pixels.
@@ -59,10 +61,16 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         band_rad: args.band.to_radians(),
         ..SimplifyParams::default()
     };
+    let progress = Progress::new();
+    let simplified = |sentence, eyes| {
+        progress
+            .count(sentence, |watch| simplify(&model, eyes, &params, watch))
+            .with_context(named)
+    };
     let since = Instant::now();
-    let simple = simplify(&model, &eyes, &params).with_context(named)?;
+    let simple = simplified("simplifying", &eyes[..])?;
     let seconds = since.elapsed().as_secs_f64();
-    let plain = simplify(&model, &[], &params).with_context(named)?;
+    let plain = simplified("without guidance", &[])?;
     let error = |mesh| error_of(mesh, model.mesh(), &cameras).with_context(named);
     let result = SimplifyJson {
         out: &args.out,
@@ -124,6 +132,7 @@ fn error_of(
     let mut masks = [(); 2].map(|()| Mask::new(COMPARED_PX, COMPARED_PX));
     let (mut sum, mut most) = (0.0, 0.0_f64);
     for camera in cameras {
+        interrupt::check()?;
         for (mesh, mask) in [simple, model].into_iter().zip(&mut masks) {
             rasterise(mesh, camera, CoverageRule::Center, mask)?;
         }
