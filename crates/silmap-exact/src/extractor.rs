@@ -5,7 +5,7 @@ use std::fmt;
 use crate::backface_regions::{FacingRegions, region_hierarchy};
 use crate::brute::{Brute, BruteParallel};
 use crate::cluster_forest::ClusterForest;
-use crate::cones::{AnchoredCones, cone_forest};
+use crate::cones::{AnchoredCones, ConeForest, search_forest};
 use crate::dual::DualOctree;
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
@@ -115,11 +115,24 @@ impl<'m> Extractor<'m> {
             Method::List => MethodData::List,
             Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
             Method::Table => MethodData::Table(EdgeTable::new(mesh)),
-            Method::Cones => MethodData::Cones(cone_forest(mesh)),
+            Method::Cones => return Self::with_forest(mesh, &ConeForest::new(mesh)),
             Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
             Method::Dual => MethodData::Dual(Box::new(DualOctree::new(mesh))),
         };
         Self { mesh, data }
+    }
+
+    /// Finds edges by [`Method::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found
+    /// means nothing.
+    ///
+    /// # Panics
+    /// When the forest is of another mesh with more edges.
+    #[must_use]
+    pub fn with_forest(mesh: &'m EdgeMesh, forest: &ConeForest) -> Self {
+        Self {
+            mesh,
+            data: MethodData::Cones(search_forest(mesh, forest)),
+        }
     }
 
     /// Puts the silhouette edges for `viewpoint` into `out`, which is cleared before, in an order that depends on the

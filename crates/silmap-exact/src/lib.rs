@@ -35,6 +35,7 @@ mod brute;
 mod cluster_forest;
 mod cones;
 mod dual;
+mod edge_group;
 mod edge_hash;
 mod edge_list;
 mod edge_mesh;
@@ -51,6 +52,7 @@ mod walk;
 
 pub use align::{AlignError, AlignParams, Pose, angle_between, refine_pose};
 pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
+pub use cones::{ConeForest, ForestError};
 pub use dual::DualSpace;
 pub use edge_mesh::{EdgeMesh, EdgeMeshError};
 pub use extractor::{Extractor, Method, Work};

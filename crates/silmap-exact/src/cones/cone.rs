@@ -11,10 +11,21 @@
 //! few steps. Cones are smaller by what single precision may get wrong when a viewpoint is tested.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use silmap_geometry::lp::{HalfSpace, Solution, minimise};
+
+use crate::EdgeMesh;
 
 /// A plane in the unit ball: unit normal and offset, positive in front.
 pub(super) type Plane = [f64; 4];
+
+/// The planes of all faces that are known well enough.
+pub(super) fn planes_of(mesh: &EdgeMesh) -> Vec<Option<Plane>> {
+    (0..mesh.faces().len())
+        .into_par_iter()
+        .map(|face| mesh.exact_plane(face))
+        .collect()
+}
 
 /// The regions of a set of faces, in the unit ball.
 #[derive(Clone, Copy, Debug)]
