@@ -13,8 +13,10 @@ use std::hint::black_box;
 
 use glam::DVec3;
 
-use crate::edge_group::{GroupFaces, GroupPlanes, GroupSides, LANES, RoundedQuery, groups_of};
+use crate::edge_group::{GroupFaces, GroupPlanes, GroupSides, RoundedQuery, groups_of};
 use crate::edge_mesh::EdgeMesh;
+use crate::level_order::{SPARE, level_order, write_range};
+use crate::plane_block::LANES;
 use crate::viewpoint::Query;
 use crate::{DirectedEdge, Viewpoint, Work};
 
@@ -71,26 +73,15 @@ pub(crate) struct ClusterForest<B> {
 pub(crate) const AT_ONCE: usize = 4;
 /// Nodes that are tested before what is below them is noted.
 const CHUNK: usize = 64;
-/// Numbers that are written at once; lists of them have room for as many more.
-const SPARE: usize = 8;
-
 impl<B: FacingBound + Copy> ClusterForest<B> {
     /// Lays out some clusters.
     pub(crate) fn new(mesh: &EdgeMesh, clusters: &Clusters<B>) -> Self {
         let count = clusters.nodes.len();
-        // Behind each node its subtree, so that a node's first child follows it, and a sibling is where the last ended.
-        let mut ends = vec![0; count];
-        let mut open: Vec<usize> = Vec::new();
-        for k in (0..count).rev() {
-            let kept = open.len() - clusters.nodes[k].1 as usize;
-            ends[k] = open.get(kept).map_or(k + 1, |&last| ends[last]);
-            open.truncate(kept);
-            open.push(k);
-        }
-        let mut level: Vec<usize> = open;
+        let child_counts: Vec<u32> = clusters.nodes.iter().map(|node| node.1).collect();
+        let order = level_order(&child_counts, |k| clusters.directions[k]);
         let mut forest = Self {
             nodes: Vec::with_capacity(count),
-            root_count: level.len() as u32,
+            root_count: order.root_count as u32,
             planes: Vec::new(),
             sides: Vec::new(),
             faces: Vec::new(),
@@ -102,26 +93,12 @@ impl<B: FacingBound + Copy> ClusterForest<B> {
             unsure: Vec::new(),
             found: Vec::new(),
         };
-        let by_direction = |places: &mut Vec<usize>| {
-            places.sort_by_key(|&k| (clusters.directions[k], k));
-        };
-        by_direction(&mut level);
-        let mut order = level;
-        let mut at = 0;
-        while let Some(&k) = order.get(at) {
+        for (&k, &first_child) in order.nodes.iter().zip(&order.first_children) {
             let (bound, child_count, edges_end) = clusters.nodes[k];
-            let (first_child, first_group) = (order.len() as u32, forest.planes.len() as u32);
-            let mut child = k + 1;
-            let mut children = Vec::with_capacity(child_count as usize);
-            for _ in 0..child_count {
-                children.push(child);
-                child = ends[child];
-            }
-            by_direction(&mut children);
-            order.append(&mut children);
             let edges_start = k
                 .checked_sub(1)
                 .map_or(0, |before| clusters.nodes[before].2);
+            let first_group = forest.planes.len() as u32;
             forest.push_groups(
                 mesh,
                 &clusters.edges[edges_start as usize..edges_end as usize],
@@ -133,7 +110,6 @@ impl<B: FacingBound + Copy> ClusterForest<B> {
                 first_group,
                 group_count: forest.planes.len() as u32 - first_group,
             });
-            at += 1;
         }
         if let Some(&last) = forest.nodes.last() {
             forest.nodes.extend([last; SPARE]);
@@ -274,26 +250,6 @@ impl<B: FacingBound + Copy> ClusterForest<B> {
             unbounded,
         );
         (tested, visited)
-    }
-}
-
-/// Writes `count` numbers from `first` on to the place `at` of a list, and moves the place behind them.
-#[inline(always)]
-fn write_range(list: &mut [u32], at: &mut usize, first: u32, count: u32) {
-    // Without a guess how many there are.
-    if let Some(room) = list[*at..].first_chunk_mut::<SPARE>() {
-        *room = std::array::from_fn(|k| first + k as u32);
-    }
-    if count as usize > SPARE {
-        write_long_range(&mut list[*at..], first, count);
-    }
-    *at += count as usize;
-}
-
-#[inline(never)]
-fn write_long_range(list: &mut [u32], first: u32, count: u32) {
-    for (place, number) in list.iter_mut().zip(first..first + count) {
-        *place = number;
     }
 }
 

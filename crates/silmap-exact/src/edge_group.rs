@@ -1,13 +1,12 @@
 //! Up to eight edges with up to eight faces, tested together.
 
-use glam::{BVec4A, Vec4};
+use glam::Vec4;
 
 use crate::edge_mesh::EdgeMesh;
+use crate::plane_block::{LANES, mask_of};
 use crate::viewpoint::Query;
 use crate::{DirectedEdge, Viewpoint};
 
-/// Faces, and edges, of a group: as many as a byte has bits, and as a word has bytes.
-pub(crate) const LANES: usize = 8;
 /// So many edges are looked at for the one that needs the fewest further faces.
 const WINDOW: usize = 24;
 
@@ -99,10 +98,9 @@ impl GroupPlanes {
         let [first, second] =
             [0, 4].map(|k| Vec4::from_array(std::array::from_fn(|lane| f32::from(sums[k + lane]))));
         let error = Vec4::splat(query.error);
-        let mask = |first: BVec4A, second: BVec4A| (first.bitmask() | second.bitmask() << 4) as u8;
         (
-            mask(first.cmpgt(Vec4::ZERO), second.cmpgt(Vec4::ZERO)),
-            mask(first.abs().cmple(error), second.abs().cmple(error)),
+            mask_of(first.cmpgt(Vec4::ZERO), second.cmpgt(Vec4::ZERO)),
+            mask_of(first.abs().cmple(error), second.abs().cmple(error)),
         )
     }
 }

@@ -43,6 +43,7 @@ mod edge_table;
 mod extractor;
 mod facing;
 mod fans;
+mod level_order;
 mod loops;
 mod outline;
 mod plane_block;

@@ -7,7 +7,7 @@ mod cone;
 mod file;
 mod forest;
 
-use glam::{DVec3, Mat4, Vec4};
+use glam::{DVec3, Vec4};
 
 pub use self::file::ForestError;
 pub use self::forest::ConeForest;
@@ -15,6 +15,7 @@ pub use self::forest::ConeForest;
 use self::cone::ConePair;
 use crate::cluster_forest::{AT_ONCE, ClusterForest, Clusters, FacingBound, direction_key};
 use crate::edge_mesh::EdgeMesh;
+use crate::plane_block::transposed;
 use crate::viewpoint::Query;
 
 /// Both cones of a node, in the paper's form: neither a root nor an angle is needed to test them.
@@ -63,14 +64,6 @@ impl AnchoredCones {
             back_apex: with(c.back_apex, axis.dot(c.back_apex)),
         }
     }
-}
-
-/// Four vectors as their coordinates.
-#[inline(always)]
-fn transposed(rows: [Vec4; AT_ONCE]) -> [Vec4; 4] {
-    let [a, b, c, d] = rows;
-    let t = Mat4::from_cols(a, b, c, d).transpose();
-    [t.x_axis, t.y_axis, t.z_axis, t.w_axis]
 }
 
 impl FacingBound for AnchoredCones {

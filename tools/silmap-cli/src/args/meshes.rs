@@ -99,6 +99,8 @@ pub(crate) enum ExtractionArg {
     Jc,
     /// What changed since the last viewpoint, by an octree in dual space: for --walk
     Dual,
+    /// The same by a balanced-aspect-ratio tree
+    DualBar,
 }
 
 impl From<ExtractionArg> for silmap_exact::Method {
@@ -112,6 +114,7 @@ impl From<ExtractionArg> for silmap_exact::Method {
             ExtractionArg::Cones => Self::Cones,
             ExtractionArg::Jc => Self::Jc,
             ExtractionArg::Dual => Self::Dual,
+            ExtractionArg::DualBar => Self::DualBar,
         }
     }
 }
