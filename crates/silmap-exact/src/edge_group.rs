@@ -36,9 +36,10 @@ pub(crate) struct GroupFaces([u32; LANES]);
 const PLANE_SCALE: f32 = 32767.0;
 /// The same of a query: so much smaller that the sum of products, at most 2 and as the upper 16 of 32 bits, has room.
 const QUERY_SCALE: f32 = 32000.0;
-/// The error of such a sum. Four products lose less than 1 each, which the first term makes up for half of; and half a unit
-/// of a factor loses a fourth of the other one, of which each side has at most 3 in all.
-const ROUNDED_ERROR: i16 = 4;
+/// Sums beyond this, which are whole, have the right sign. Four products lose less than 1 each, which [`ROUNDING`] makes up for
+/// half of; half a unit of a factor is worth a fourth of the other one, and those of a plane, and of a query, are at most
+/// √3 + 1 together. So the error is below 3.4.
+const ROUNDED_ERROR: i16 = 3;
 const ROUNDING: i16 = 2;
 
 /// A viewpoint in 16 bits for each coordinate.

@@ -21,10 +21,11 @@ use crate::viewpoint::Query;
 /// Both cones of a node, in the paper's form: neither a root nor an angle is needed to test them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AnchoredCones {
-    /// The axis over the cosine of the cones' angle, and of that how far the front apex is along it, negated.
+    /// The axis over the cosine of the cones' angle, and how far the front apex is along that, negated.
     front_axis: Vec4,
+    /// Its last coordinate is not used.
     front_apex: Vec4,
-    /// The same of the back cone, whose axis is opposite; of its axis only the last coordinate is used.
+    /// The back apex, and how far it is along the scaled axis.
     back_apex: Vec4,
 }
 
