@@ -20,7 +20,7 @@ use crate::edge_mesh::EdgeMesh;
 /// Cost of testing a node over that of testing an edge: the paper's k_a/k_e.
 const NODE_COST: f64 = 4.0 / 3.0;
 /// The same when nodes that do not pay are taken out: a little more, as joins were judged by cones that grew since.
-const KEEPING_COST: f64 = 1.45;
+const KEEPING_COST: f64 = 1.47;
 /// Distance of the viewpoints that the forest is built for, in bounding-sphere radii.
 const VIEW_DISTANCE: f64 = 3.0;
 
