@@ -1,7 +1,7 @@
 //! The border of what directed segments wind about, found along the segments themselves.
 //!
 //! Where segments cross is found cell by cell of a grid. Crossing one, the winding number changes by one, so it is known
-//! along a whole chain of segments when it is known in one place of it; there a ray counts it. The border is what has
+//! along all segments that hang together, by their ends or by crossings, when it is known in one place; there a ray counts it. The border is what has
 //! nothing on its outer side: it goes along a segment to the next crossing or end, and on along what starts there.
 //!
 //! Nothing is moved: the crossings are decided by exact signs. What is not decided so (three segments through one point, an
@@ -9,9 +9,13 @@
 //!
 //! Source: none; the winding numbers are those of Sander et al., Silhouette Clipping, SIGGRAPH 2000, section 6.
 
+mod grid;
+
 use glam::DVec2;
 use silmap_geometry::polygon::Loop;
 use silmap_geometry::predicates::orient2d;
+
+use self::grid::Grid;
 
 /// A segment between two numbered points. Winding numbers are larger by one where points of it look counter-clockwise in
 /// a frame with y up.
@@ -23,12 +27,6 @@ pub(crate) struct Segment {
 
 /// Crossings nearer to each other than this part of their segment are not told apart.
 const CLOSEST_CROSSINGS: f64 = 1e-9;
-/// Grid cells along one side, for each root of the number of segments.
-const CELLS_PER_ROOT: f64 = 1.2;
-const MOST_CELLS: usize = 512;
-/// Rows for rays, for each row of cells.
-const ROWS_PER_CELL: usize = 4;
-
 /// A crossing as one of its two segments sees it.
 #[derive(Clone, Copy, Debug)]
 struct Event {
@@ -51,26 +49,39 @@ pub(crate) fn border(points: &[DVec2], segments: &[Segment]) -> Option<Vec<Loop>
     let ends = |s: &Segment| [points[s.from as usize], points[s.to as usize]];
     let lines: Vec<[DVec2; 2]> = segments.iter().map(ends).collect();
     let grid = Grid::new(&lines)?;
-    let (mut events, positions) = find_crossings(&grid, &lines, segments)?;
-    events.sort_unstable_by(|a, b| (a.segment.cmp(&b.segment)).then(a.at.total_cmp(&b.at)));
+    let (found, positions) = find_crossings(&grid, &lines, segments)?;
+    let (events, first_event) = by_segment(&found, segments.len());
     let too_close = |pair: &[Event]| {
         pair[0].segment == pair[1].segment && pair[1].at - pair[0].at < CLOSEST_CROSSINGS
     };
     if events.windows(2).any(too_close) {
         return None;
     }
-    let mut first_event = vec![0_u32; segments.len() + 1];
-    for event in &events {
-        first_event[event.segment as usize + 1] += 1;
-    }
-    for s in 0..segments.len() {
-        first_event[s + 1] += first_event[s];
-    }
     let joints = Joints::new(points.len(), segments);
+    let mut others = vec![u32::MAX; events.len()];
+    let mut first_of = vec![u32::MAX; positions.len()];
+    let mut steps_before = Vec::with_capacity(events.len());
+    for (k, event) in (0..).zip(&events) {
+        match std::mem::replace(&mut first_of[event.crossing as usize], k) {
+            u32::MAX => {}
+            first => {
+                others[k as usize] = first;
+                others[first as usize] = k;
+            }
+        }
+        let is_first = first_event[event.segment as usize] == k;
+        steps_before.push(if is_first {
+            0
+        } else {
+            steps_before[k as usize - 1] + events[k as usize - 1].step
+        });
+    }
     let mut walker = Walker {
         lines: &lines,
         segments,
         events: &events,
+        others: &others,
+        steps_before: &steps_before,
         first_event: &first_event,
         positions: &positions,
         joints: &joints,
@@ -80,102 +91,26 @@ pub(crate) fn border(points: &[DVec2], segments: &[Segment]) -> Option<Vec<Loop>
     walker.walk()
 }
 
-/// Which segments may meet.
-struct Grid {
-    origin: DVec2,
-    cells_per_unit: DVec2,
-    side: usize,
-    /// Of each cell the range of its segments in `of_cells`; likewise of each of the finer rows.
-    cell_starts: Vec<u32>,
-    of_cells: Vec<u32>,
-    row_starts: Vec<u32>,
-    of_rows: Vec<u32>,
-}
-
-impl Grid {
-    fn new(lines: &[[DVec2; 2]]) -> Option<Self> {
-        let (low, high) = lines
-            .as_flattened()
-            .iter()
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| {
-                (low.min(p), high.max(p))
-            });
-        let side = ((lines.len() as f64).sqrt() * CELLS_PER_ROOT) as usize;
-        let side = side.clamp(1, MOST_CELLS);
-        let cells_per_unit = DVec2::splat(side as f64) / (high - low);
-        if !cells_per_unit.is_finite() {
-            return None;
-        }
-        let mut grid = Self {
-            origin: low,
-            cells_per_unit,
-            side,
-            cell_starts: vec![0; side * side + 1],
-            of_cells: Vec::new(),
-            row_starts: vec![0; side * ROWS_PER_CELL + 1],
-            of_rows: Vec::new(),
-        };
-        let rows: Vec<[usize; 2]> = lines
-            .iter()
-            .map(|[a, b]| [a.y.min(b.y), a.y.max(b.y)].map(|y| grid.row_of(y)))
-            .collect();
-        for &[first, last] in &rows {
-            for count in &mut grid.row_starts[first + 1..=last + 1] {
-                *count += 1;
-            }
-        }
-        let boxes: Vec<[usize; 4]> = lines
-            .iter()
-            .map(|&[a, b]| {
-                let (x0, y0) = grid.cell_of(a.min(b));
-                let (x1, y1) = grid.cell_of(a.max(b));
-                [x0, y0, x1, y1]
-            })
-            .collect();
-        for &[x0, y0, x1, y1] in &boxes {
-            for y in y0..=y1 {
-                for x in x0..=x1 {
-                    grid.cell_starts[y * side + x + 1] += 1;
-                }
-            }
-        }
-        let sum_up = |starts: &mut [u32]| {
-            for k in 1..starts.len() {
-                starts[k] += starts[k - 1];
-            }
-            starts[starts.len() - 1] as usize
-        };
-        grid.of_cells = vec![0; sum_up(&mut grid.cell_starts)];
-        grid.of_rows = vec![0; sum_up(&mut grid.row_starts)];
-        let mut cell_next = grid.cell_starts.clone();
-        let mut row_next = grid.row_starts.clone();
-        for (segment, &[first, last]) in (0..).zip(&rows) {
-            for next in &mut row_next[first..=last] {
-                grid.of_rows[*next as usize] = segment;
-                *next += 1;
-            }
-        }
-        for (segment, &[x0, y0, x1, y1]) in (0..).zip(&boxes) {
-            for y in y0..=y1 {
-                for next in &mut cell_next[y * side + x0..=y * side + x1] {
-                    grid.of_cells[*next as usize] = segment;
-                    *next += 1;
-                }
-            }
-        }
-        Some(grid)
+/// Events segment by segment, and along it; and where those of each segment begin.
+fn by_segment(found: &[Event], segment_count: usize) -> (Vec<Event>, Vec<u32>) {
+    let mut first_event = vec![0_u32; segment_count + 1];
+    for event in found {
+        first_event[event.segment as usize + 1] += 1;
     }
-
-    fn row_of(&self, y: f64) -> usize {
-        let at = (y - self.origin.y) * self.cells_per_unit.y * ROWS_PER_CELL as f64;
-        (at as usize).min(self.side * ROWS_PER_CELL - 1)
+    for s in 0..segment_count {
+        first_event[s + 1] += first_event[s];
     }
-
-    fn cell_of(&self, p: DVec2) -> (usize, usize) {
-        let at = (p - self.origin) * self.cells_per_unit;
-        let last = self.side - 1;
-        ((at.x as usize).min(last), (at.y as usize).min(last))
+    let mut events = found.to_vec();
+    let mut next = first_event.clone();
+    for &event in found {
+        let place = &mut next[event.segment as usize];
+        events[*place as usize] = event;
+        *place += 1;
     }
+    for range in first_event.windows(2) {
+        events[range[0] as usize..range[1] as usize].sort_unstable_by(|a, b| a.at.total_cmp(&b.at));
+    }
+    (events, first_event)
 }
 
 /// All crossings, as both segments see them, and where they are. `None` where segments meet otherwise.
@@ -186,17 +121,28 @@ fn find_crossings(
 ) -> Option<(Vec<Event>, Vec<DVec2>)> {
     let mut events = Vec::new();
     let mut positions = Vec::new();
-    let lows: Vec<DVec2> = lines.iter().map(|[a, b]| a.min(*b)).collect();
-    let highs: Vec<DVec2> = lines.iter().map(|[a, b]| a.max(*b)).collect();
+    let boxes: Vec<[DVec2; 2]> = (lines.iter())
+        .map(|[a, b]| [a.min(*b), a.max(*b)])
+        .collect();
+    let mut boxes_here = Vec::new();
+    let mut meeting = Vec::new();
     for (cell, range) in grid.cell_starts.windows(2).enumerate() {
         let here = &grid.of_cells[range[0] as usize..range[1] as usize];
+        // Side by side, as each is compared with all the others.
+        boxes_here.clear();
+        boxes_here.extend(here.iter().map(|&i| boxes[i as usize]));
+        meeting.resize(meeting.len().max(here.len()), 0);
         for (k, &i) in here.iter().enumerate() {
-            let (low, high) = (lows[i as usize], highs[i as usize]);
-            for &j in &here[k + 1..] {
-                let corner = low.max(lows[j as usize]);
-                if corner.cmpgt(high.min(highs[j as usize])).any() {
-                    continue;
-                }
+            let [low, high] = boxes_here[k];
+            let mut count = 0;
+            for (&j, [other_low, other_high]) in here[k + 1..].iter().zip(&boxes_here[k + 1..]) {
+                // Without a guess whether they meet.
+                meeting[count] = j;
+                let (low, high) = (low.max(*other_low), high.min(*other_high));
+                count += usize::from((low.x <= high.x) & (low.y <= high.y));
+            }
+            for &j in &meeting[..count] {
+                let corner = low.max(boxes[j as usize][0]);
                 // Each pair once: in the cell where both boxes begin to overlap.
                 let (x, y) = grid.cell_of(corner);
                 if y * grid.side + x != cell {
@@ -281,11 +227,27 @@ impl Joints {
     }
 }
 
+/// A winding number that is not known yet.
+const UNKNOWN: i32 = i32::MIN;
+
+/// Notes the winding number at a segment's start; `None` when it is known to be another.
+fn spread(outside: &mut [i32], next: &mut Vec<u32>, segment: u32, number: i32) -> Option<()> {
+    let known = &mut outside[segment as usize];
+    if *known == UNKNOWN {
+        *known = number;
+        next.push(segment);
+    }
+    (*known == number).then_some(())
+}
+
 struct Walker<'a> {
     lines: &'a [[DVec2; 2]],
     segments: &'a [Segment],
     /// By segment, and along it.
     events: &'a [Event],
+    /// Of each event the one of the other segment there, and what is added to the winding number on the way to it.
+    others: &'a [u32],
+    steps_before: &'a [i32],
     first_event: &'a [u32],
     positions: &'a [DVec2],
     joints: &'a Joints,
@@ -299,29 +261,46 @@ impl Walker<'_> {
         &self.events[range.start as usize..range.end as usize]
     }
 
-    /// The winding number on the outer side of each segment's start.
+    /// The winding number on the outer side of each segment's start: counted for one segment of those that hang together, and
+    /// carried along them, from one to the other where they cross.
     fn wind(&self, grid: &Grid) -> Option<Vec<i32>> {
-        const UNKNOWN: i32 = i32::MIN;
         let mut outside = vec![UNKNOWN; self.segments.len()];
+        let mut next = Vec::new();
+        // The only segment that ends where a segment starts, itself where there are more.
+        let mut previous: Vec<u32> = (0..self.segments.len() as u32).collect();
+        for (k, segment) in (0..).zip(self.segments) {
+            if let [only] = *self.joints.starting(segment.to) {
+                previous[only as usize] = k;
+            }
+        }
         for seed in 0..self.segments.len() as u32 {
             if outside[seed as usize] != UNKNOWN {
                 continue;
             }
-            let (mut at, mut number) = (seed, self.count_at(grid, seed)?);
-            loop {
-                outside[at as usize] = number;
-                number += self.events_of(at).iter().map(|e| e.step).sum::<i32>();
-                // Where several segments start, others may pass between.
-                let [next] = *self.joints.starting(self.segments[at as usize].to) else {
-                    break;
-                };
-                if outside[next as usize] != UNKNOWN {
-                    if outside[next as usize] != number {
-                        return None;
-                    }
-                    break;
+            outside[seed as usize] = self.count_at(grid, seed)?;
+            next.push(seed);
+            while let Some(at) = next.pop() {
+                let mut number = outside[at as usize];
+                let before = previous[at as usize];
+                if before != at {
+                    let steps: i32 = self.events_of(before).iter().map(|e| e.step).sum();
+                    spread(&mut outside, &mut next, before, number - steps)?;
                 }
-                at = next;
+                let range = self.first_event[at as usize]..self.first_event[at as usize + 1];
+                for k in range {
+                    let (event, other) = (self.events[k as usize], self.others[k as usize]);
+                    let across = self.events[other as usize];
+                    // To the right of both it is the same number, whichever comes from there.
+                    let right_of_both = number - i32::from(event.step < 0);
+                    let there = right_of_both + i32::from(across.step < 0);
+                    let start = there - self.steps_before[other as usize];
+                    spread(&mut outside, &mut next, across.segment, start)?;
+                    number += event.step;
+                }
+                // Where several segments start, others may pass between.
+                if let [only] = *self.joints.starting(self.segments[at as usize].to) {
+                    spread(&mut outside, &mut next, only, number)?;
+                }
             }
         }
         Some(outside)
@@ -365,20 +344,10 @@ impl Walker<'_> {
 
     /// Follows the border.
     fn walk(&self) -> Option<Vec<Loop>> {
-        // Of each crossing its two events, and of each event the outer winding number behind it.
-        let mut pairs = vec![[u32::MAX; 2]; self.positions.len()];
-        let mut behind = Vec::with_capacity(self.events.len());
-        for (k, event) in (0..).zip(self.events) {
-            let pair = &mut pairs[event.crossing as usize];
-            pair[usize::from(pair[0] != u32::MAX)] = k;
-            let is_first = self.first_event[event.segment as usize] == k;
-            let before = if is_first {
-                self.outside[event.segment as usize]
-            } else {
-                behind[k as usize - 1]
-            };
-            behind.push(before + event.step);
-        }
+        // Of each event the outer winding number behind it.
+        let behind: Vec<i32> = (self.events.iter().zip(self.steps_before))
+            .map(|(event, before)| self.outside[event.segment as usize] + before + event.step)
+            .collect();
         let mut is_start_used: Vec<bool> = self.outside.iter().map(|&n| n != 0).collect();
         let mut is_event_used: Vec<bool> = behind.iter().map(|&n| n != 0).collect();
         let mut loops = Vec::new();
@@ -404,7 +373,7 @@ impl Walker<'_> {
                     break;
                 }
                 points.push(point);
-                piece = self.next_piece(piece, &pairs, &behind)?;
+                piece = self.next_piece(piece, &behind)?;
             }
             if !points.is_empty() {
                 if piece != (segment, event) {
@@ -420,13 +389,11 @@ impl Walker<'_> {
     fn next_piece(
         &self,
         (segment, event): (u32, Option<u32>),
-        pairs: &[[u32; 2]],
         behind: &[i32],
     ) -> Option<(u32, Option<u32>)> {
         let next = event.map_or(self.first_event[segment as usize], |k| k + 1);
         if next < self.first_event[segment as usize + 1] {
-            let pair = pairs[self.events[next as usize].crossing as usize];
-            let other = if pair[0] == next { pair[1] } else { pair[0] };
+            let other = self.others[next as usize];
             let turned = (self.events[other as usize].segment, Some(other));
             return (behind[other as usize] == 0).then_some(turned);
         }

@@ -12,7 +12,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::cluster_forest::{ClusterForest, FacingBound};
+use crate::cluster_forest::{AT_ONCE, ClusterForest, Clusters, FacingBound, direction_key};
 use crate::edge_mesh::EdgeMesh;
 use crate::viewpoint::Query;
 
@@ -66,25 +66,34 @@ pub(crate) fn region_hierarchy(mesh: &EdgeMesh) -> ClusterForest<FacingRegions> 
             .to_array();
         traits.push([x, y, z, place[0], place[1], place[2]]);
     }
-    let mut forest = ClusterForest::new(unbounded);
+    let mut clusters = Clusters {
+        nodes: Vec::new(),
+        directions: Vec::new(),
+        edges: Vec::with_capacity(bounded.len()),
+        unbounded,
+    };
     if !bounded.is_empty() {
-        push_cluster(&mut forest, mesh, (&planes, &traits), &mut bounded);
+        push_cluster(&mut clusters, mesh, (&planes, &traits), &mut bounded);
     }
-    forest
+    ClusterForest::new(mesh, &clusters)
 }
 
 fn push_cluster(
-    forest: &mut ClusterForest<FacingRegions>,
+    clusters: &mut Clusters<FacingRegions>,
     mesh: &EdgeMesh,
     (planes, traits): (&[Option<[f64; 4]>], &[Traits]),
     edges: &mut [u32],
 ) {
     let bound = FacingRegions::of(mesh, planes, edges);
+    clusters
+        .directions
+        .push(direction_key(bound.axes[2].as_dvec3()));
     if edges.len() <= LEAF_EDGES {
-        forest.push_node(mesh, bound, edges);
+        clusters.edges.extend_from_slice(edges);
+        clusters.nodes.push((bound, 0, clusters.edges.len() as u32));
         return;
     }
-    let place = forest.push_node(mesh, bound, &[]);
+    clusters.nodes.push((bound, 2, clusters.edges.len() as u32));
     let spread = |k: usize| {
         let (low, high) = edges
             .iter()
@@ -104,9 +113,8 @@ fn push_cluster(
             .then(a.cmp(&b))
     });
     let (first, second) = edges.split_at_mut(half);
-    push_cluster(forest, mesh, (planes, traits), first);
-    push_cluster(forest, mesh, (planes, traits), second);
-    forest.close_node(place);
+    push_cluster(clusters, mesh, (planes, traits), first);
+    push_cluster(clusters, mesh, (planes, traits), second);
 }
 
 impl FacingRegions {
@@ -167,7 +175,7 @@ impl FacingRegions {
     }
 }
 
-impl FacingBound for FacingRegions {
+impl FacingRegions {
     #[inline(always)]
     fn is_culled(&self, query: &Query) -> bool {
         let from_middle = query.point - self.middle * query.weight;
@@ -177,5 +185,13 @@ impl FacingBound for FacingRegions {
         let lowest = z + ax.min(bx) + ay.min(by) + self.heights[0] * query.weight;
         let highest = z + ax.max(bx) + ay.max(by) + self.heights[1] * query.weight;
         (lowest > self.room) | (highest < -self.room)
+    }
+}
+
+impl FacingBound for FacingRegions {
+    #[inline(always)]
+    fn culled(bounds: [&Self; AT_ONCE], query: &Query) -> u8 {
+        let [a, b, c, d] = bounds.map(|bound| u8::from(bound.is_culled(query)));
+        a | b << 1 | c << 2 | d << 3
     }
 }

@@ -165,6 +165,20 @@ impl EdgeMesh {
         if left_is_front { e } else { e.reversed() }
     }
 
+    /// A checksum of the vertices and faces.
+    pub(crate) fn crc32(&self) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        for p in &self.positions {
+            for c in p.to_array() {
+                hasher.update(&c.to_le_bytes());
+            }
+        }
+        for v in self.faces.as_flattened() {
+            hasher.update(&v.to_le_bytes());
+        }
+        hasher.finalize()
+    }
+
     /// Bytes of edges and planes, which brute force needs.
     pub(crate) fn brute_bytes(&self) -> usize {
         size_of_val(&*self.planes) + size_of_val(&*self.edges) + size_of_val(&*self.edge_faces)

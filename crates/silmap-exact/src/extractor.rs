@@ -5,8 +5,8 @@ use std::fmt;
 use crate::backface_regions::{FacingRegions, region_hierarchy};
 use crate::brute::{Brute, BruteParallel};
 use crate::cluster_forest::ClusterForest;
-use crate::cones::{AnchoredCones, cone_forest};
-use crate::dual::DualOctree;
+use crate::cones::{AnchoredCones, ConeForest, search_forest};
+use crate::dual::{Division, MovingSilhouette};
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
@@ -31,6 +31,8 @@ pub enum Method {
     Jc,
     /// What changed since the last viewpoint, by an octree of the faces' planes as points of dual space.
     Dual,
+    /// The same by a balanced-aspect-ratio tree.
+    DualBar,
 }
 
 impl Method {
@@ -44,6 +46,7 @@ impl Method {
         Self::Cones,
         Self::Jc,
         Self::Dual,
+        Self::DualBar,
     ];
 
     /// The name that commands and reports use.
@@ -58,6 +61,7 @@ impl Method {
             Self::Cones => "cones",
             Self::Jc => "jc",
             Self::Dual => "dual",
+            Self::DualBar => "dual-bar",
         }
     }
 }
@@ -102,7 +106,13 @@ enum MethodData {
     Table(EdgeTable),
     Cones(ClusterForest<AnchoredCones>),
     Jc(ClusterForest<FacingRegions>),
-    Dual(Box<DualOctree>),
+    Dual(Box<MovingSilhouette>),
+}
+
+impl From<MovingSilhouette> for MethodData {
+    fn from(silhouette: MovingSilhouette) -> Self {
+        Self::Dual(Box::new(silhouette))
+    }
 }
 
 impl<'m> Extractor<'m> {
@@ -115,11 +125,25 @@ impl<'m> Extractor<'m> {
             Method::List => MethodData::List,
             Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
             Method::Table => MethodData::Table(EdgeTable::new(mesh)),
-            Method::Cones => MethodData::Cones(cone_forest(mesh)),
+            Method::Cones => return Self::with_forest(mesh, &ConeForest::new(mesh)),
             Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
-            Method::Dual => MethodData::Dual(Box::new(DualOctree::new(mesh))),
+            Method::Dual => MovingSilhouette::new(mesh, Division::Octree).into(),
+            Method::DualBar => MovingSilhouette::new(mesh, Division::Bar).into(),
         };
         Self { mesh, data }
+    }
+
+    /// Finds edges by [`Method::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found
+    /// means nothing.
+    ///
+    /// # Panics
+    /// When the forest is of another mesh with more edges.
+    #[must_use]
+    pub fn with_forest(mesh: &'m EdgeMesh, forest: &ConeForest) -> Self {
+        Self {
+            mesh,
+            data: MethodData::Cones(search_forest(mesh, forest)),
+        }
     }
 
     /// Puts the silhouette edges for `viewpoint` into `out`, which is cleared before, in an order that depends on the
@@ -135,14 +159,14 @@ impl<'m> Extractor<'m> {
             MethodData::Table(table) => table.extract(mesh, viewpoint, out),
             MethodData::Cones(forest) => forest.extract(mesh, viewpoint, out),
             MethodData::Jc(forest) => forest.extract(mesh, viewpoint, out),
-            MethodData::Dual(octree) => octree.extract(mesh, viewpoint, out),
+            MethodData::Dual(moving) => moving.extract(mesh, viewpoint, out),
         }
     }
 
     /// Forgets earlier viewpoints: the next extraction starts afresh, where a method would otherwise go on from the last.
     pub fn forget(&mut self) {
-        if let MethodData::Dual(octree) = &mut self.data {
-            octree.forget();
+        if let MethodData::Dual(moving) = &mut self.data {
+            moving.forget();
         }
     }
 
@@ -161,7 +185,7 @@ impl<'m> Extractor<'m> {
             MethodData::Table(table) => planes + faces + table.bytes(),
             MethodData::Cones(forest) => forest.bytes(),
             MethodData::Jc(forest) => forest.bytes(),
-            MethodData::Dual(octree) => self.mesh.brute_bytes() + octree.bytes(),
+            MethodData::Dual(moving) => self.mesh.brute_bytes() + moving.bytes(),
         }
     }
 }

@@ -19,7 +19,7 @@ pub(crate) use looking::{
     AntialiasArg, ContourArgs, ContourFormat, EvaluateArgs, InspectArgs, ModeArg, PaintArg,
     RenderArgs, ReportArgs, WhereArg,
 };
-pub(crate) use meshes::{BenchArgs, EdgesArgs, GenerateArgs, HullArgs, ModelKind};
+pub(crate) use meshes::{BenchArgs, EdgesArgs, ExtractionArg, GenerateArgs, HullArgs, ModelKind};
 
 use crate::values::{Size, parse_point, parse_size};
 

@@ -91,6 +91,7 @@ fn wrong_usage_ends_in_2() {
         &["edges", "m.ply", "--eye", "0,0,3", "--method", "guess"],
         &["edges", "m.ply", "--eye", "0,0,3", "--walk", "0"],
         &["edges", "m.ply", "--direction", "0,0,0"],
+        &["edges", "m.ply", "--eye", "0,0,3", "--forest", "m.cones"],
         &[
             "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "original",
         ],

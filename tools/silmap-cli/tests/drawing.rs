@@ -17,7 +17,7 @@ use common::{
 };
 
 /// The methods of `silmap edges`.
-const EDGE_METHODS: &[&str; 8] = &[
+const EDGE_METHODS: &[&str; 9] = &[
     "brute",
     "brute-parallel",
     "list",
@@ -26,6 +26,7 @@ const EDGE_METHODS: &[&str; 8] = &[
     "cones",
     "jc",
     "dual",
+    "dual-bar",
 ];
 
 #[test]
@@ -156,6 +157,66 @@ fn the_outline_of_edges_is_the_region_that_the_model_covers() {
     let far = area(&exact("--eye=40000,50000,450000"));
     let direction = area(&exact("--direction=0.4,0.5,4.5"));
     assert!((far / direction - 1.0).abs() < 1e-4, "{far} {direction}");
+}
+
+#[test]
+fn a_forest_is_kept_in_a_file_and_read_again() {
+    let folder = scratch("edges-forest");
+    let (model, file) = (path(&fixture().model), folder.join("m.cones"));
+    let arguments = [
+        "edges",
+        model,
+        "--eye=-1,2,3.5",
+        "--method",
+        "cones",
+        "--forest",
+        path(&file),
+    ];
+    let with_list = [&arguments[..], &["--list", "--json"]].concat();
+    let mut built = run_json(&with_list);
+    let bytes = fs::read(&file).unwrap();
+    assert_eq!(built["forest"]["was_read"], false);
+    assert_eq!(built["forest"]["bytes"], bytes.len());
+    let mut read = run_json(&with_list);
+    assert_eq!(read["forest"]["was_read"], true);
+    assert!(read["forest"]["seconds"].as_f64().unwrap() > 0.0);
+    assert_eq!(fs::read(&file).unwrap(), bytes, "reading changes nothing");
+    for result in [&mut built, &mut read] {
+        for changing in ["forest", "build_seconds", "seconds_median"] {
+            result.as_object_mut().unwrap().remove(changing);
+        }
+    }
+    assert_eq!(built, read);
+    assert_eq!(
+        built["edges"],
+        run_json(&[&with_list[..3], &with_list[7..]].concat())["edges"]
+    );
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+
+    let other = folder.join("other.obj");
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    fs::write(&other, text).unwrap();
+    let refused = |arguments: &[&str], part: &str| {
+        let ended = run(arguments);
+        check_one_sentence(&ended, part);
+        assert!(ended.err.contains(part), "{}", ended.err);
+        assert!(ended.err.contains("m.cones"), "{}", ended.err);
+    };
+    let mut of_other = arguments;
+    of_other[1] = path(&other);
+    refused(&of_other, "another mesh");
+    for (part, damaged) in [
+        ("no cone forest", b"solid m".to_vec()),
+        ("damaged", bytes[..bytes.len() - 1].to_vec()),
+        ("version 9", [&bytes[..8], &[9], &bytes[9..]].concat()),
+    ] {
+        fs::write(&file, &damaged).unwrap();
+        refused(&arguments, part);
+        assert_eq!(fs::read(&file).unwrap(), damaged, "nothing is overwritten");
+    }
+    fs::remove_file(&file).unwrap();
+    fs::create_dir(&file).unwrap();
+    refused(&arguments, "m.cones");
 }
 
 #[test]

@@ -14,14 +14,13 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 use silmap_geometry::lp::HalfSpace;
 
-use super::cone::{ConePair, Plane};
-use crate::cluster_forest::MOST_EDGES;
+use super::cone::{ConePair, Plane, planes_of};
 use crate::edge_mesh::EdgeMesh;
 
 /// Cost of testing a node over that of testing an edge: the paper's k_a/k_e.
 const NODE_COST: f64 = 4.0 / 3.0;
 /// The same when nodes that do not pay are taken out: a little more, as joins were judged by cones that grew since.
-const KEEPING_COST: f64 = 1.45;
+const KEEPING_COST: f64 = 1.47;
 /// Distance of the viewpoints that the forest is built for, in bounding-sphere radii.
 const VIEW_DISTANCE: f64 = 3.0;
 
@@ -46,7 +45,7 @@ impl Node {
 
 /// The forest: nodes, the roots among them, and edges that no cone can bound.
 #[derive(Clone, Debug)]
-pub(super) struct Forest {
+pub(super) struct BuiltForest {
     pub(super) nodes: Vec<Node>,
     pub(super) roots: Vec<u32>,
     /// Edges with a face whose plane is not known well enough, or that are better tested always.
@@ -118,7 +117,7 @@ struct Builder {
 }
 
 /// Builds the forest of a mesh.
-pub(super) fn build_forest(mesh: &EdgeMesh) -> Forest {
+pub(super) fn build_forest(mesh: &EdgeMesh) -> BuiltForest {
     let mut builder = Builder::new(mesh);
     let mut heap = BinaryHeap::from(builder.first_candidates());
     let mut scratch = Scratch::default();
@@ -136,10 +135,7 @@ pub(super) fn build_forest(mesh: &EdgeMesh) -> Forest {
 
 impl Builder {
     fn new(mesh: &EdgeMesh) -> Self {
-        let planes: Vec<Option<Plane>> = (0..mesh.faces().len())
-            .into_par_iter()
-            .map(|face| mesh.exact_plane(face))
-            .collect();
+        let planes = planes_of(mesh);
         let edge_count = mesh.edges().len();
         let nodes: Vec<Node> = (0..edge_count)
             .into_par_iter()
@@ -199,15 +195,9 @@ impl Builder {
         // What happens more often to what a root holds when the root grows.
         let growth = |node: &Node| (share - node.share) * node.own_cost();
         let (grown_a, grown_b) = (growth(first), growth(second));
-        let is_mergeable = first.edges.len() + second.edges.len() <= MOST_EDGES;
-        let merge_cost = if is_mergeable {
-            grown_a + grown_b
-        } else {
-            f64::INFINITY
-        };
         // Every join does away with one root's test.
         let options = [
-            (Join::Merge, merge_cost),
+            (Join::Merge, grown_a + grown_b),
             (Join::Adopt, share * NODE_COST + grown_a),
             (Join::AdoptReversed, share * NODE_COST + grown_b),
             (Join::Parent, 2.0 * share * NODE_COST),
@@ -279,8 +269,8 @@ impl Builder {
         root
     }
 
-    fn finish(mut self, mesh: &EdgeMesh) -> Forest {
-        let mut forest = Forest {
+    fn finish(mut self, mesh: &EdgeMesh) -> BuiltForest {
+        let mut forest = BuiltForest {
             roots: self.node_of_root.iter().flatten().copied().collect(),
             nodes: std::mem::take(&mut self.nodes),
             unbounded: Vec::new(),
@@ -296,7 +286,7 @@ impl Builder {
     }
 }
 
-impl Forest {
+impl BuiltForest {
     /// Takes out nodes whose test costs more than it saves: what they hold goes to their parents.
     fn take_out_useless(&mut self) {
         for root in std::mem::take(&mut self.roots) {
@@ -329,9 +319,7 @@ impl Forest {
         for child in std::mem::take(&mut self.nodes[parent as usize].children) {
             let node = &self.nodes[child as usize];
             let with_test = share * KEEPING_COST + node.share.min(share) * node.own_cost();
-            let is_mergeable =
-                node.edges.len() + self.nodes[parent as usize].edges.len() <= MOST_EDGES;
-            if with_test < share * node.own_cost() || !is_mergeable {
+            if with_test < share * node.own_cost() {
                 self.nodes[parent as usize].children.push(child);
             } else {
                 let taken = &mut self.nodes[child as usize];
@@ -396,7 +384,7 @@ fn current(successor: &mut [u32], root: u32) -> u32 {
 }
 
 /// The union of two sorted lists.
-fn merge_sorted(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
+pub(super) fn merge_sorted(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
     out.clear();
     let (mut i, mut j) = (0, 0);
     while i < a.len() && j < b.len() {

@@ -11,10 +11,21 @@
 //! few steps. Cones are smaller by what single precision may get wrong when a viewpoint is tested.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use silmap_geometry::lp::{HalfSpace, Solution, minimise};
+
+use crate::EdgeMesh;
 
 /// A plane in the unit ball: unit normal and offset, positive in front.
 pub(super) type Plane = [f64; 4];
+
+/// The planes of all faces that are known well enough.
+pub(super) fn planes_of(mesh: &EdgeMesh) -> Vec<Option<Plane>> {
+    (0..mesh.faces().len())
+        .into_par_iter()
+        .map(|face| mesh.exact_plane(face))
+        .collect()
+}
 
 /// The regions of a set of faces, in the unit ball.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +43,8 @@ pub(super) struct ConePair {
 /// Half a unit in the last place of a number about 1 in single precision.
 const UNIT: f64 = 0.5 * f32::EPSILON as f64;
 /// Single precision may move a viewpoint against an apex at distance r by a part of this times (1 + r)²; so much room is
-/// left between apexes and planes. The square covers eyes far away, whose weight is small.
+/// left between apexes and planes. The square covers eyes far away, whose weight is small. A place along the axis comes from
+/// an apex's own rounded one: an error of some units of both distances, which room and cosine cover several times.
 const APEX_ROOM: f64 = 24.0 * UNIT;
 /// By so much the cosine of a cone's angle is larger than need be.
 const COSINE_ROOM: f64 = 24.0 * UNIT;

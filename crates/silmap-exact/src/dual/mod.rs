@@ -10,12 +10,16 @@
 //! A face that turns toggles its edges, so that an edge between two of them is toggled twice and no plane need be looked
 //! up; the source inspects every reported edge. What toggles an edge also says which of its faces is in front now.
 
+mod bar;
 mod octree;
+mod partition;
 mod queries;
+mod search;
 
+pub(crate) use self::partition::Division;
 pub use self::queries::DualSpace;
 
-use self::octree::{PointOctree, Side, Turned};
+use self::partition::{Partition, Side};
 use crate::brute::Brute;
 use crate::edge_mesh::EdgeMesh;
 use crate::viewpoint::Query;
@@ -24,14 +28,14 @@ use crate::{DirectedEdge, Viewpoint, Work};
 /// The place of an edge that is not on the silhouette.
 const NOT_ON_SILHOUETTE: u32 = u32::MAX;
 
-/// The octree, and the silhouette of the last viewpoint.
+/// The faces in dual space, and the silhouette of the last viewpoint.
 #[derive(Clone, Debug)]
-pub(crate) struct DualOctree {
-    octree: PointOctree,
+pub(crate) struct MovingSilhouette {
+    partition: Partition,
     brute: Brute,
     /// The viewpoint that the rest belongs to.
     last: Option<Query>,
-    /// Of each edge, by the octree's number: its ends, and its place in `silhouette` or [`NOT_ON_SILHOUETTE`].
+    /// Of each edge, by the partition's number: its ends, and its place in `silhouette` or [`NOT_ON_SILHOUETTE`].
     edges: Vec<(DirectedEdge, u32)>,
     /// The silhouette and, of the same edges, their numbers.
     silhouette: Vec<DirectedEdge>,
@@ -39,26 +43,26 @@ pub(crate) struct DualOctree {
     /// Buffer: places in `silhouette` of edges that left it.
     holes: Vec<u32>,
     /// Buffer: what turned.
-    turned: Turned,
+    turned: Vec<Side>,
 }
 
-impl DualOctree {
-    pub(crate) fn new(mesh: &EdgeMesh) -> Self {
-        let octree = PointOctree::new(mesh);
+impl MovingSilhouette {
+    pub(crate) fn new(mesh: &EdgeMesh, division: Division) -> Self {
+        let partition = Partition::new(mesh, division);
         let mut edges =
             vec![(DirectedEdge { from: 0, to: 0 }, NOT_ON_SILHOUETTE); mesh.edges().len()];
-        for (&number, &ends) in octree.numbers().iter().zip(mesh.edges()) {
+        for (&number, &ends) in partition.numbers().iter().zip(mesh.edges()) {
             edges[number as usize].0 = ends;
         }
         Self {
-            octree,
+            partition,
             brute: Brute::default(),
             last: None,
             edges,
             holes: Vec::new(),
             silhouette: Vec::new(),
             silhouette_numbers: Vec::new(),
-            turned: Turned::default(),
+            turned: Vec::new(),
         }
     }
 
@@ -68,7 +72,7 @@ impl DualOctree {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        self.octree.bytes() + size_of_val(&*self.edges)
+        self.partition.bytes() + size_of_val(&*self.edges)
     }
 
     pub(crate) fn extract(
@@ -99,12 +103,12 @@ impl DualOctree {
         let work = self.brute.extract(mesh, viewpoint, &mut self.silhouette);
         let found = self.brute.found(self.silhouette.len());
         for (place, &edge) in (0..).zip(found) {
-            let number = self.octree.numbers()[edge as usize];
+            let number = self.partition.numbers()[edge as usize];
             self.edges[number as usize].1 = place;
             self.silhouette_numbers.push(number);
         }
         let is_front = self.brute.is_front();
-        self.octree.start(|face| is_front[face as usize]);
+        self.partition.start(|face| is_front[face as usize]);
         work
     }
 
@@ -118,32 +122,29 @@ impl DualOctree {
     ) -> Work {
         self.turned.clear();
         let view = (viewpoint, query);
-        let visited_nodes = self.octree.find_turned(mesh, last, view, &mut self.turned);
-        for k in 0..self.turned.to_front.len() {
-            self.toggle(self.turned.to_front[k], true);
-        }
-        for k in 0..self.turned.to_back.len() {
-            self.toggle(self.turned.to_back[k], false);
+        let visited_nodes = self
+            .partition
+            .find_turned(mesh, last, view, &mut self.turned);
+        for k in 0..self.turned.len() {
+            self.toggle(self.turned[k]);
         }
         self.fill_holes();
         Work {
-            tested_edges: self.turned.to_front.len() + self.turned.to_back.len(),
+            tested_edges: self.turned.len(),
             visited_nodes,
         }
     }
 
-    /// One face of an edge turned, to its front or to its back.
+    /// One face of an edge turned; given is the side that is in front if the other face looks the other way.
     #[inline(always)]
-    fn toggle(&mut self, side: Side, is_front: bool) {
+    fn toggle(&mut self, side: Side) {
         let (ends, place) = &mut self.edges[side.number() as usize];
         if *place != NOT_ON_SILHOUETTE {
             self.holes.push(*place);
             *place = NOT_ON_SILHOUETTE;
             return;
         }
-        // The other face looks the other way now.
-        let left_is_front = side.is_left() == is_front;
-        let directed = if left_is_front {
+        let directed = if side.is_left() {
             *ends
         } else {
             ends.reversed()

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use silmap_geometry::predicates::side_of_plane;
 
-use super::octree::PointOctree;
+use super::partition::{Division, Partition};
 use crate::brute::Brute;
 use crate::edge_mesh::EdgeMesh;
 use crate::{DirectedEdge, Viewpoint};
@@ -17,7 +17,7 @@ use crate::{DirectedEdge, Viewpoint};
 #[derive(Clone, Debug)]
 pub struct DualSpace<'m> {
     mesh: &'m EdgeMesh,
-    octree: PointOctree,
+    partition: Partition,
 }
 
 impl<'m> DualSpace<'m> {
@@ -26,7 +26,7 @@ impl<'m> DualSpace<'m> {
     pub fn new(mesh: &'m EdgeMesh) -> Self {
         Self {
             mesh,
-            octree: PointOctree::new(mesh),
+            partition: Partition::new(mesh, Division::Octree),
         }
     }
 
@@ -36,7 +36,7 @@ impl<'m> DualSpace<'m> {
     pub fn back_faces(&self, viewpoint: &Viewpoint) -> (Vec<u32>, usize) {
         let query = self.mesh.query(viewpoint);
         let mut faces = Vec::new();
-        let visited = self.octree.visit_by_facing(&[&query], |facing, some| {
+        let visited = self.partition.visit_by_facing(&[&query], |facing, some| {
             let is_back = |&face: &u32| !self.mesh.is_front(face, viewpoint, &query);
             match facing {
                 Some(true) => {}
@@ -60,7 +60,7 @@ impl<'m> DualSpace<'m> {
         Brute::default().extract(self.mesh, &viewpoints[0], &mut silhouette);
         let mut turning = Vec::new();
         let [a, b, c] = &queries;
-        let visited = self.octree.visit_by_facing(&[a, b, c], |facing, some| {
+        let visited = self.partition.visit_by_facing(&[a, b, c], |facing, some| {
             let turns = |&face: &u32| {
                 let views = viewpoints.iter().zip(&queries);
                 let n_front = views
@@ -103,11 +103,11 @@ impl<'m> DualSpace<'m> {
         );
         let mut near = Vec::new();
         // Queries are scaled so that the larger of distance and weight is one.
-        let visited = self
-            .octree
-            .visit_near(&query, sine * distance / distance.max(1.0), |some| {
-                near.extend(some.filter(|&face| self.distance(face, eye) <= reach));
-            });
+        let visited =
+            self.partition
+                .visit_near(&query, sine * distance / distance.max(1.0), |some| {
+                    near.extend(some.filter(|&face| self.distance(face, eye) <= reach));
+                });
         let mut edges = self.edges_of(&near);
         let is_silhouette = |edge: &u32| {
             let sides = self.mesh.edge_faces()[*edge as usize];

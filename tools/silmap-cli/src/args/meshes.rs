@@ -99,6 +99,8 @@ pub(crate) enum ExtractionArg {
     Jc,
     /// What changed since the last viewpoint, by an octree in dual space: for --walk
     Dual,
+    /// The same by a balanced-aspect-ratio tree
+    DualBar,
 }
 
 impl From<ExtractionArg> for silmap_exact::Method {
@@ -112,6 +114,7 @@ impl From<ExtractionArg> for silmap_exact::Method {
             ExtractionArg::Cones => Self::Cones,
             ExtractionArg::Jc => Self::Jc,
             ExtractionArg::Dual => Self::Dual,
+            ExtractionArg::DualBar => Self::DualBar,
         }
     }
 }
@@ -125,7 +128,8 @@ impl From<ExtractionArg> for silmap_exact::Method {
 Examples:
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --svg lines.svg
   silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json
-  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --outline outline.json")]
+  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --outline outline.json
+  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --method cones --forest bunny.cones")]
 #[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction"]))]
 pub(crate) struct EdgesArgs {
     /// The mesh
@@ -142,6 +146,9 @@ pub(crate) struct EdgesArgs {
     /// Go on from the viewpoint around the model in steps of 0.5°, to this many viewpoints
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) walk: u32,
+    /// Keep the forest of `--method cones` in this file: read when it is there, else built and written
+    #[arg(long, value_name = "FILE")]
+    pub(crate) forest: Option<PathBuf>,
     /// How often every viewpoint is timed
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) repeat: u32,

@@ -1,18 +1,21 @@
 //! `silmap edges`: exact silhouette edges of the full mesh.
 
 use std::fmt::Write;
+use std::path::Path;
 use std::time::Instant;
+use std::{fs, io};
 
 use anyhow::{Context, ensure};
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{
-    DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Work, chain_loops, walk_around,
+    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Work, chain_loops,
+    walk_around,
 };
 use silmap_geometry::{Camera, Loop, TriangleMesh};
 
-use crate::args::{EdgesArgs, usage_error};
+use crate::args::{EdgesArgs, ExtractionArg, usage_error};
 use crate::camera::CameraJson;
 use crate::files::load_model;
 use crate::interrupt;
@@ -32,6 +35,9 @@ struct EdgesJson {
     visited_nodes: usize,
     data_bytes: usize,
     build_seconds: f64,
+    /// Of `--forest`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    forest: Option<ForestJson>,
     /// Over all viewpoints and repetitions.
     seconds_median: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,6 +61,16 @@ struct OutlineJson {
 }
 
 #[derive(Serialize)]
+struct ForestJson {
+    /// Whether it was in the file; otherwise it was built and written there.
+    was_read: bool,
+    /// Of reading or of building it, which are a part of `build_seconds`.
+    seconds: f64,
+    /// Size of the file.
+    bytes: usize,
+}
+
+#[derive(Serialize)]
 struct WalkJson {
     viewpoints: usize,
     silhouette_edges_mean: f64,
@@ -64,8 +80,15 @@ struct WalkJson {
 
 pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let start = viewpoint_from_args(args)?;
+    if args.forest.is_some() && args.method != ExtractionArg::Cones {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--forest is of use with --method cones only",
+        );
+    }
     let file = args.svg.as_deref().map(OutputFile::check).transpose()?;
     let outline_file = args.outline.as_deref().map(OutputFile::check).transpose()?;
+    let saved = args.forest.as_deref().map(SavedForest::look).transpose()?;
     let model = load_model(&args.model, args.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
@@ -77,7 +100,13 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let mesh = EdgeMesh::from(&model.mesh);
     let method = Method::from(args.method);
     let since = Instant::now();
-    let mut extractor = Extractor::new(&mesh, method);
+    let (mut extractor, forest) = match saved {
+        None => (Extractor::new(&mesh, method), None),
+        Some(saved) => {
+            let (forest, told) = saved.forest_of(&mesh)?;
+            (Extractor::with_forest(&mesh, &forest), Some(told))
+        }
+    };
     let build_seconds = since.elapsed().as_secs_f64();
     let measured = measure(&mut extractor, &viewpoints, args.repeat);
     let mut edges = measured.edges;
@@ -106,6 +135,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         visited_nodes: measured.last.visited_nodes,
         data_bytes: extractor.data_bytes(),
         build_seconds,
+        forest,
         seconds_median: measured.seconds_median,
         walk: (args.walk > 1).then_some(measured.walk),
         edges: args
@@ -130,6 +160,54 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         output::print_bytes(text.as_bytes())?;
     }
     Ok(())
+}
+
+/// The file of `--forest` before long work.
+enum SavedForest<'a> {
+    Present(&'a Path, Vec<u8>),
+    Missing(OutputFile),
+}
+
+impl<'a> SavedForest<'a> {
+    /// Reads the file, or makes sure that it can be written.
+    fn look(path: &'a Path) -> anyhow::Result<Self> {
+        match fs::read(path) {
+            Ok(bytes) => Ok(Self::Present(path, bytes)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                OutputFile::check(path).map(Self::Missing)
+            }
+            Err(error) => Err(error).with_context(|| path.display().to_string()),
+        }
+    }
+
+    fn forest_of(self, mesh: &EdgeMesh) -> anyhow::Result<(ConeForest, ForestJson)> {
+        let since = Instant::now();
+        let seconds = || since.elapsed().as_secs_f64();
+        match self {
+            Self::Present(path, bytes) => {
+                let forest = ConeForest::from_bytes(mesh, &bytes)
+                    .with_context(|| path.display().to_string())?;
+                let told = ForestJson {
+                    was_read: true,
+                    seconds: seconds(),
+                    bytes: bytes.len(),
+                };
+                Ok((forest, told))
+            }
+            Self::Missing(file) => {
+                let forest = ConeForest::new(mesh);
+                let seconds = seconds();
+                let bytes = forest.to_bytes(mesh);
+                file.write(&bytes)?;
+                let told = ForestJson {
+                    was_read: false,
+                    seconds,
+                    bytes: bytes.len(),
+                };
+                Ok((forest, told))
+            }
+        }
+    }
 }
 
 fn viewpoint_from_args(args: &EdgesArgs) -> anyhow::Result<Viewpoint> {
@@ -259,4 +337,12 @@ fn tell(args: &EdgesArgs, result: &EdgesJson) {
         result.tested_edges,
         result.visited_nodes
     ));
+    if let (Some(path), Some(forest)) = (&args.forest, &result.forest) {
+        output::say(&format!(
+            "{}: the forest was {} in {:.2} s",
+            path.display(),
+            if forest.was_read { "read" } else { "built" },
+            forest.seconds
+        ));
+    }
 }
