@@ -165,7 +165,11 @@ pub(crate) struct SpanScratch {
     splits: Vec<f64>,
     order: Vec<u32>,
     union: Vec<Interval>,
+    reaches: Vec<Reach>,
 }
+
+/// How far an interval reaches at both borders of a part of the slab: negated to the left, so that more is farther.
+type Reach = [f64; 4];
 
 impl SpanScratch {
     /// Interpolates the spans `one` and `two` at `alpha` on the slab between the two heights, and adds the result to
@@ -298,6 +302,7 @@ impl SpanScratch {
     /// changes (where pants open).
     fn push_union(&mut self, heights: (f64, f64), (from, to): (f64, f64), output: &mut Connector) {
         let y_at = |share: f64| height_at(heights, share);
+        self.leave_out_covered((from, to));
         self.unite_at(0.5 * (from + to));
         if self.is_uniform((from, to)) {
             output.push((y_at(from), y_at(to)), &self.union, (from, to));
@@ -313,6 +318,27 @@ impl SpanScratch {
             output.push((y_at(start), y_at(end)), &self.union, (start, end));
             start = end;
         }
+    }
+
+    /// Leaves out intervals that one other covers on the whole part: most do where many pairs are kept, and what follows takes long
+    /// for many. Of two that are the same the first stays.
+    fn leave_out_covered(&mut self, (from, to): (f64, f64)) {
+        self.reaches.clear();
+        self.reaches.extend(self.intervals.iter().map(|i| {
+            let (enter, exit) = (i.enter, i.exit);
+            [-enter.at(from), -enter.at(to), exit.at(from), exit.at(to)]
+        }));
+        let covers = |a: &Reach, b: &Reach| a.iter().zip(b).all(|(a, b)| a >= b);
+        let reaches = &self.reaches;
+        let mut k = 0;
+        self.intervals.retain(|_| {
+            let own = &reaches[k];
+            let (before, after) = (&reaches[..k], &reaches[k + 1..]);
+            k += 1;
+            let is_covered = before.iter().any(|other| covers(other, own))
+                || after.iter().any(|other| covers(other, own) && other != own);
+            !is_covered
+        });
     }
 
     /// Whether `self.union`, found half-way, is the union on the whole part.
