@@ -85,7 +85,7 @@ pub struct Scratch {
     pieces: Vec<PieceCounts>,
     crumbs: CrumbScratch,
     sectors: Sectors,
-    /// What one region or all sectors outline, before it is tidied.
+    /// What all sectors outline, before it is tidied.
     region: FlatLoops,
     is_by_sectors: bool,
     simple: FlatLoops,
@@ -153,7 +153,8 @@ impl Scratch {
             )?;
             if let Some(most) = most {
                 self.is_by_sectors = true;
-                self.tidy(how.method, most);
+                let crumbs = (how.method == Method::Tight).then_some((&mut self.crumbs, most));
+                tidy(&self.region, crumbs, &mut self.simple);
                 return Ok(location);
             }
         }
@@ -167,26 +168,15 @@ impl Scratch {
             })?;
         match layers {
             [a, b, c] => self.intersect.intersect([a, b, c], &mut self.simple),
-            regions => {
-                self.region.assign(regions.iter().flat_map(FlatLoops::iter));
+            [] => self.simple.clear(),
+            [region, ..] => {
                 let views = ids.map(|v| self.pieces[v as usize]);
                 let most = views.into_iter().fold(views[0], PieceCounts::max);
-                self.tidy(how.method, most);
+                let crumbs = (how.method == Method::Tight).then_some((&mut self.crumbs, most));
+                tidy(region, crumbs, &mut self.simple);
             }
         }
         Ok(location)
-    }
-
-    /// Leaves out of the region what is nothing, and by [`Method::Tight`] also crumbs that no view shows: they have at most so many
-    /// pieces.
-    fn tidy(&mut self, method: Method, most: PieceCounts) {
-        if method == Method::Tight {
-            self.crumbs
-                .leave_out_crumbs(&self.region, most, is_speck, &mut self.simple);
-        } else {
-            let loops = self.region.iter().filter(|l| !is_speck(l));
-            self.simple.assign(loops);
-        }
     }
 
     /// The outline that was interpolated last: simple loops that do not overlap, in pixels of the camera.
@@ -222,4 +212,17 @@ pub fn outline(
         layers: layers.iter().map(FlatLoops::to_loops).collect(),
         simple: scratch.simple.to_loops(),
     })
+}
+
+/// Copies what is something of a region to `simple`; with `crumbs` without those either that no view shows, each having at most so
+/// many pieces.
+fn tidy(
+    region: &FlatLoops,
+    crumbs: Option<(&mut CrumbScratch, PieceCounts)>,
+    simple: &mut FlatLoops,
+) {
+    match crumbs {
+        Some((scratch, most)) => scratch.leave_out_crumbs(region, most, is_speck, simple),
+        None => simple.assign(region.iter().filter(|l| !is_speck(l))),
+    }
 }
