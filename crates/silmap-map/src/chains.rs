@@ -6,7 +6,7 @@
 //! bottom of a contour, not single edges: vertices along a chain are met in order without sorting, and between two chain
 //! ends nothing changes but numbers.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::side::{Interval, Section, Side, Touch, insertion_sort};
 
@@ -206,6 +206,18 @@ impl Strand {
                 disparity: a.z + (b.z - a.z) * share,
                 slide: 0.0,
             }
+        }
+    }
+
+    /// The place and the disparity of the point at height `y`, as [`Strand::at`].
+    #[inline]
+    pub(crate) fn place(&self, y: f64) -> DVec2 {
+        let (a, b) = (self.upper, self.lower);
+        if y >= b.y {
+            DVec2::new(b.x, b.z)
+        } else {
+            let share = ((y - a.y) * self.inverse_height).max(0.0);
+            DVec2::new(a.x + (b.x - a.x) * share, a.z + (b.z - a.z) * share)
         }
     }
 

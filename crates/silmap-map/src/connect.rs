@@ -16,7 +16,7 @@ use crate::tidy::cut_hairs;
 pub(crate) struct Slack {
     /// Distance from the line, in units of x and y.
     pub line: f64,
-    /// Difference in the third coordinate.
+    /// Difference in the third coordinate; infinite where that does not matter.
     pub depth: f64,
     /// Width of hairs and slits that are cut off, in units of x and y.
     pub hair: f64,
@@ -275,7 +275,7 @@ impl Connector {
 }
 
 /// Whether `b`, at a height between `a` and `c`, lies on the line between them but for rounding.
-fn is_straight(a: DVec4, b: DVec4, c: DVec4) -> bool {
+pub(crate) fn is_straight(a: DVec4, b: DVec4, c: DVec4) -> bool {
     const ROUNDING: f64 = 1e-9;
     let (ab, ac) = (b - a, c - a);
     let is_on = |part: f64, whole: f64| (part * ac.y - whole * ab.y).abs() <= ROUNDING * ac.y;
@@ -296,6 +296,10 @@ struct Sleeve<'a> {
     /// Directions that bound the cone, in the order of turning.
     low: DVec2,
     high: DVec2,
+    /// Whether there is no cone yet.
+    is_open: bool,
+    /// Whether the third coordinate matters.
+    is_deep: bool,
     /// The third coordinate's rise over the distance along the greater axis: bounds, as (rise, distance).
     least: (f64, f64),
     greatest: (f64, f64),
@@ -309,6 +313,8 @@ fn is_steeper(one: (f64, f64), two: (f64, f64)) -> bool {
 impl<'a> Sleeve<'a> {
     fn new(slack: Slack, points: &'a mut Vec<DVec4>) -> Self {
         Self {
+            is_open: true,
+            is_deep: slack.depth.is_finite(),
             slack,
             points,
             anchor: None,
@@ -332,23 +338,26 @@ impl<'a> Sleeve<'a> {
         let rise = point.z - anchor.z;
         // The greater of the two coordinates stands for the length: at most a root of two too short.
         let distance = v.abs().max_element();
-        let is_open = self.low == DVec2::ZERO;
-        if !is_open {
+        if !self.is_open {
             let reached = (self.last - anchor).xy();
             let is_ahead = (v - reached).dot(reached) >= 0.0;
-            let is_within = self.low.perp_dot(v) >= 0.0
-                && v.perp_dot(self.high) >= 0.0
-                && !is_steeper(self.least, (rise, distance))
-                && !is_steeper((rise, distance), self.greatest);
-            if !is_ahead || !is_within {
+            let is_within = self.low.perp_dot(v) >= 0.0 && v.perp_dot(self.high) >= 0.0;
+            if !is_ahead || !is_within || self.is_out_of_depth(rise, distance) {
                 let last = self.last;
                 self.keep(last);
                 self.append(point);
                 return;
             }
         }
-        self.narrow(v, distance, rise, is_open);
+        self.narrow(v, distance, rise);
         self.last = point;
+    }
+
+    /// Whether a line to a point with this rise at this distance does not pass the third coordinates of those dropped.
+    fn is_out_of_depth(&self, rise: f64, distance: f64) -> bool {
+        self.is_deep
+            && (is_steeper(self.least, (rise, distance))
+                || is_steeper((rise, distance), self.greatest))
     }
 
     /// Keeps a point, from which everything is open again.
@@ -356,23 +365,26 @@ impl<'a> Sleeve<'a> {
         self.points.push(point);
         self.anchor = Some(point);
         self.last = point;
-        self.low = DVec2::ZERO;
-        self.high = DVec2::ZERO;
+        self.is_open = true;
     }
 
     /// Narrows the cone to lines that pass the point at `v` from the anchor.
-    fn narrow(&mut self, v: DVec2, distance: f64, rise: f64, is_open: bool) {
+    fn narrow(&mut self, v: DVec2, distance: f64, rise: f64) {
+        let is_open = std::mem::replace(&mut self.is_open, false);
         // Near the anchor the cone is left half a right angle to each side: wider, it would say nothing.
         let across = v.perp() * (std::f64::consts::FRAC_1_SQRT_2 * self.slack.line).min(distance);
         let (low, high) = (v * distance - across, v * distance + across);
-        let least = (rise - self.slack.depth, distance);
-        let greatest = (rise + self.slack.depth, distance);
         if is_open || self.low.perp_dot(low) > 0.0 {
             self.low = low;
         }
         if is_open || high.perp_dot(self.high) > 0.0 {
             self.high = high;
         }
+        if !self.is_deep {
+            return;
+        }
+        let least = (rise - self.slack.depth, distance);
+        let greatest = (rise + self.slack.depth, distance);
         if is_open || is_steeper(least, self.least) {
             self.least = least;
         }

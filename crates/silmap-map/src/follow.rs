@@ -5,23 +5,20 @@ use glam::DVec4;
 use crate::chains::{Chains, Strand};
 use crate::side::Touch;
 
-/// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one. False where
-/// `rule` gives nothing.
+/// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one.
 pub(crate) fn follow_pair(
     (chains_one, chains_two): (&Chains, &Chains),
     [mut one, mut two]: [Strand; 2],
     (y_top, y_bottom): (f64, f64),
-    rule: impl Fn(Touch, Touch) -> Option<Touch>,
+    rule: impl Fn(Touch, Touch) -> Touch,
     points: &mut Vec<DVec4>,
-) -> bool {
+) {
     let mut y = y_top;
     loop {
-        let Some(touch) = rule(one.at(y), two.at(y)) else {
-            return false;
-        };
+        let touch = rule(one.at(y), two.at(y));
         points.push(DVec4::new(touch.x, y, touch.disparity, touch.slide));
         if y >= y_bottom {
-            return true;
+            return;
         }
         if one.next_y() <= y {
             one.advance(chains_one, y);

@@ -104,7 +104,7 @@ impl TriangleInterpolator {
                 project_loops(&self.inner, &to_camera, &mut self.layers[0]);
             }
             Method::Hull => {
-                let radius = map.radius;
+                let radius = Some(map.radius);
                 for last in 0..3 {
                     let object_from_loops =
                         self.two_steps(&between, last, Pairing::Within { radius })?;

@@ -2,17 +2,17 @@
 //!
 //! The three two-step orders of an eye each give a region. Conservative regions all hold the true silhouette, so their
 //! intersection does too, and it is the same whatever order comes first. The regions nearly coincide and have few crossings,
-//! which suits the slab sweep: within a slab every side is linear, and slabs are split where sides cross.
+//! which suits a sweep: between two rows every side is linear, and only where sides cross is anything found anew.
 
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 
 use crate::chains::{Chains, Strand, Walker};
 use crate::connect::{Connector, Slack};
+use crate::cover::Cover;
 use crate::follow::do_cross;
 use crate::loops::{DeepLoops, FlatLoops};
-use crate::side::{Interval, Side, insertion_sort};
 
-/// Parts with fewer vertices than this are visited slab by slab at once.
+/// Parts with fewer vertices than this are visited row by row at once.
 const FEWEST_FOLLOWED: u32 = 12;
 
 /// Coordinates are pixels here: this is about what contours are rounded to.
@@ -26,20 +26,11 @@ const SPECK_PX2: f64 = 0.05;
 pub(crate) struct IntersectScratch {
     chains: [Chains; 3],
     walkers: [Walker; 3],
-    intervals: [Vec<Interval>; 3],
-    splits: Vec<f64>,
     side_ends: Vec<usize>,
-    ends: Vec<End>,
-    covered: Vec<Interval>,
+    is_bent: Vec<bool>,
+    cover: Cover,
     connector: Connector,
     loops: DeepLoops,
-}
-
-/// Where a region begins or stops to cover a scanline.
-#[derive(Clone, Copy, Debug)]
-struct End {
-    side: Side,
-    is_enter: bool,
 }
 
 impl IntersectScratch {
@@ -60,6 +51,7 @@ impl IntersectScratch {
         }
         self.connector.clear();
         self.sweep();
+        self.cover.finish(&mut self.connector);
         let slack = Slack {
             line: SLACK_PX,
             depth: f64::INFINITY,
@@ -101,7 +93,7 @@ impl IntersectScratch {
             while !self.follow((y, bottom)) {
                 let middle = 0.5 * (y + bottom);
                 if self.count_vertices(bottom) < FEWEST_FOLLOWED || middle <= y {
-                    self.visit_slabs((y, bottom));
+                    self.visit_rows((y, bottom));
                     break;
                 }
                 bottom = middle;
@@ -123,6 +115,7 @@ impl IntersectScratch {
         if [b, c].iter().any(|w| w.strands().len() != n_sides) || !self.are_apart(heights.1) {
             return false;
         }
+        self.cover.finish(&mut self.connector);
         self.connector.begin_slab(heights.0);
         self.side_ends.clear();
         let points = self.connector.points();
@@ -167,73 +160,29 @@ impl IntersectScratch {
         })
     }
 
-    fn visit_slabs(&mut self, (mut y, end): (f64, f64)) {
-        while y < end {
-            let bottom = (self.walkers.iter()).fold(end, |least, w| least.min(w.next_vertex()));
-            for ((walker, chains), intervals) in
-                (self.walkers.iter_mut().zip(&self.chains)).zip(&mut self.intervals)
-            {
-                walker.intervals((y, bottom), intervals);
-                walker.advance(chains, bottom);
+    /// Intersects row by row, between vertices of any region.
+    fn visit_rows(&mut self, (y_top, y_bottom): (f64, f64)) {
+        let n_ends = self.walkers.iter().map(|w| w.strands().len()).sum();
+        self.cover.begin(3, n_ends);
+        let mut y = y_top;
+        loop {
+            self.is_bent.clear();
+            let strands = self.walkers.iter().flat_map(Walker::strands);
+            for (end, strand) in self.cover.next_row().iter_mut().zip(strands) {
+                *end = strand.place(y).extend(0.0);
+                self.is_bent.push(strand.next_y() <= y);
             }
-            self.push_slab((y, bottom));
-            y = bottom;
-        }
-    }
-
-    fn push_slab(&mut self, (y_top, y_bottom): (f64, f64)) {
-        self.ends.clear();
-        for interval in self.intervals.iter().flatten() {
-            for (side, is_enter) in [(interval.enter, true), (interval.exit, false)] {
-                self.ends.push(End { side, is_enter });
+            let is_bent = |end: usize| self.is_bent[end];
+            self.cover.step(y, is_bent, &mut self.connector);
+            for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
+                walker.advance(chains, y);
             }
-        }
-        insertion_sort(&mut self.ends, |end| end.side.top.x);
-        // Sides that are in one order at both borders do not cross between them.
-        self.splits.clear();
-        if !self.ends.is_sorted_by_key(|end| end.side.bottom.x) {
-            find_crossings(&self.intervals, &mut self.splits);
-        }
-        let (mut from, mut y_from) = (0.0, y_top);
-        for k in 0..=self.splits.len() {
-            let (to, y_to) = match self.splits.get(k) {
-                Some(&share) => (share, y_top + (y_bottom - y_top) * share),
-                None => (1.0, y_bottom),
-            };
-            self.cover(0.5 * (from + to));
-            self.connector
-                .push((y_from, y_to), &self.covered, (from, to));
-            (from, y_from) = (to, y_to);
-        }
-    }
-
-    /// Writes the intervals that all regions cover at a share of the slab.
-    fn cover(&mut self, share: f64) {
-        insertion_sort(&mut self.ends, |end| end.side.at(share));
-        self.covered.clear();
-        // Thinned-out loops may cross by the slack, so that a count may dip below none.
-        let mut n_here = 0;
-        let mut enter = None;
-        for end in &self.ends {
-            if end.is_enter {
-                n_here += 1;
-                if n_here == 3 {
-                    enter = Some(end);
-                }
-            } else {
-                if n_here == 3
-                    && let Some(begun) = enter
-                        .take()
-                        .filter(|e: &&End| e.side.at(share) < end.side.at(share))
-                {
-                    self.covered.push(Interval {
-                        enter: begun.side,
-                        exit: end.side,
-                    });
-                }
-                n_here -= 1;
+            if y >= y_bottom {
+                break;
             }
+            y = (self.walkers.iter()).fold(y_bottom, |least, w| least.min(w.next_vertex()));
         }
+        self.cover.end();
     }
 }
 
@@ -297,22 +246,6 @@ fn crossings(from: &[f64; 3], to: &[f64; 3]) -> [Option<f64>; 3] {
         shares.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
     }
     shares
-}
-
-/// The shares at which sides of different regions cross.
-fn find_crossings(spans: &[Vec<Interval>; 3], splits: &mut Vec<f64>) {
-    splits.clear();
-    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-        for i in &spans[a] {
-            for j in &spans[b] {
-                for p in [i.enter, i.exit] {
-                    splits.extend([j.enter, j.exit].iter().filter_map(|q| p.crossing(*q)));
-                }
-            }
-        }
-    }
-    splits.sort_unstable_by(f64::total_cmp);
-    splits.dedup();
 }
 
 #[cfg(test)]

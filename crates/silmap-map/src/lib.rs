@@ -7,6 +7,7 @@ pub mod asset;
 mod chains;
 mod clique;
 mod connect;
+mod cover;
 pub mod epipolar;
 mod follow;
 mod interpolate;
@@ -28,6 +29,7 @@ pub mod stages;
 mod tidy;
 mod tight;
 mod wedges;
+mod within;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,

@@ -1,20 +1,23 @@
 //! Silhouette interpolation between two views, and a viewpoint on the line between them (section 5.2).
 //!
 //! Source: Silhouette Mapping, section 5.2, `linSillInterp`: rectify the pair, sweep both silhouettes, interpolate the spans,
-//! connect them. Deviation: where either view has one interval, its sides are followed from vertex to vertex until a chain
-//! ends; only where there are several are spans visited slab by slab.
+//! connect them. Deviation: what does not depend on the viewpoint is prepared, see `rows` and `within`. For cliques, where either view
+//! has one interval, its sides are followed from vertex to vertex until a chain ends; where there are several, spans are visited
+//! slab by slab.
 
 use glam::DVec4;
 
 use crate::chains::{Chains, Walker};
 use crate::clique::{GapMatching, GapTracks};
 use crate::connect::{Connector, Slack};
+use crate::cover::Cover;
 use crate::follow::{do_cross, follow_pair};
 use crate::loops::DeepLoops;
-use crate::rectified::{RectifiedPair, SphereDepths};
+use crate::rectified::RectifiedPair;
 use crate::rows::{CrossingScratch, RowsScratch};
 use crate::side::{Interval, Touch};
-use crate::span::{Cuts, PairRule, SpanScratch};
+use crate::span::{Cuts, SpanScratch};
+use crate::within::PairScratch;
 
 /// Rectified coordinates are tangents: this is a seventh of a pixel of a 512² capture, less than contours are simplified by.
 /// It keeps the vertices of both views from adding up along straight stretches.
@@ -29,14 +32,11 @@ const SLACK_DISPARITY: f64 = 10.0 * SLACK_TANGENT;
 /// How the ends of two spans are joined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pairing {
-    #[cfg(test)]
-    /// Every interval with every other: the two-view visual hull, always conservative.
-    All,
-    /// Every interval with every other, as far as their rays meet within the sphere of this radius about the center: still
-    /// conservative for a model in that sphere, and tighter.
+    /// Every interval with every other, as far as their rays meet within the sphere of this radius about the center:
+    /// conservative for a model in that sphere.
     Within {
-        /// Radius of the model's bounding sphere.
-        radius: f64,
+        /// Radius of the model's bounding sphere; with `None` the two-view visual hull.
+        radius: Option<f64>,
     },
     /// Only within cliques: the paper's heuristic, tighter, and able to miss geometry.
     Cliques,
@@ -56,6 +56,8 @@ pub(crate) struct LinearScratch {
     crossing: CrossingScratch,
     side_ends: Vec<usize>,
     span: SpanScratch,
+    pairs: PairScratch,
+    cover: Cover,
     connector: Connector,
     /// Whether vertices stay that lie almost on the line between their neighbours.
     keeps_all_vertices: bool,
@@ -66,8 +68,6 @@ pub(crate) struct LinearScratch {
 struct Sweep<'a> {
     chains: &'a [Chains; 2],
     alpha: f64,
-    pairing: Pairing,
-    depths: SphereDepths,
     /// Whether gaps of both views were tracked and matched.
     is_matched: bool,
 }
@@ -81,19 +81,24 @@ impl LinearScratch {
         pairing: Pairing,
         output: &mut DeepLoops,
     ) {
-        if pairing == Pairing::Tight {
-            self.connector.clear();
-            let rows = pair.rows(&mut self.rows);
-            rows.interpolate(alpha, &mut self.crossing, &mut self.connector);
-        } else {
-            let is_matched = pairing == Pairing::Cliques && self.match_gaps(&pair.chains);
-            self.sweep(&Sweep {
-                chains: &pair.chains,
-                alpha,
-                pairing,
-                depths: pair.depths,
-                is_matched,
-            });
+        self.connector.clear();
+        match pairing {
+            Pairing::Cliques => {
+                let is_matched = self.match_gaps(&pair.chains);
+                self.sweep(&Sweep {
+                    chains: &pair.chains,
+                    alpha,
+                    is_matched,
+                });
+            }
+            Pairing::Tight => {
+                let rows = pair.rows(&mut self.rows);
+                rows.interpolate(alpha, &mut self.crossing, &mut self.connector);
+            }
+            Pairing::Within { radius } => {
+                let rows = pair.pair_rows(radius, &mut self.pairs);
+                rows.interpolate(alpha, &mut self.cover, &mut self.connector);
+            }
         }
         let slack = if self.keeps_all_vertices { 0.0 } else { 1.0 };
         self.connector.finish(
@@ -132,7 +137,6 @@ impl LinearScratch {
 
     /// Goes down both silhouettes from one height where a chain ends or begins to the next.
     fn sweep(&mut self, sweep: &Sweep<'_>) {
-        self.connector.clear();
         self.cuts.clear();
         for walker in &mut self.walkers {
             walker.restart();
@@ -168,16 +172,7 @@ impl LinearScratch {
             return false;
         }
         let alpha = sweep.alpha;
-        if let Pairing::Within { radius } = sweep.pairing {
-            let (least, greatest) = sweep.depths.narrowest(radius, heights);
-            self.follow_single(sweep.chains, heights, |a: Touch, b: Touch| {
-                let parallax = a.x - b.x;
-                (least <= parallax && parallax <= greatest).then(|| a.lerp(b, alpha))
-            })
-        } else {
-            let linear = |a: Touch, b: Touch| Some(a.lerp(b, alpha));
-            self.follow_single(sweep.chains, heights, linear)
-        }
+        self.follow_single(sweep.chains, heights, |a: Touch, b: Touch| a.lerp(b, alpha))
     }
 
     /// Follows both sides of the only intervals; false, with nothing done, where the rule gives nothing or they meet.
@@ -185,7 +180,7 @@ impl LinearScratch {
         &mut self,
         chains: &[Chains; 2],
         heights: (f64, f64),
-        rule: impl Fn(Touch, Touch) -> Option<Touch>,
+        rule: impl Fn(Touch, Touch) -> Touch,
     ) -> bool {
         let (one, two) = (self.walkers[0].strands(), self.walkers[1].strands());
         self.connector.begin_slab(heights.0);
@@ -194,10 +189,10 @@ impl LinearScratch {
         let start = points.len();
         for (one, two) in one.iter().zip(two) {
             let views = (&chains[0], &chains[1]);
-            let is_done = follow_pair(views, [*one, *two], heights, &rule, points);
+            follow_pair(views, [*one, *two], heights, &rule, points);
             let middle = self.side_ends.last().copied();
             let do_meet = |middle: usize| do_cross(&points[start..middle], &points[middle..]);
-            if !is_done || middle.is_some_and(do_meet) {
+            if middle.is_some_and(do_meet) {
                 points.truncate(start);
                 return false;
             }
@@ -237,16 +232,8 @@ impl LinearScratch {
             self.matching
                 .cuts(gaps_one, gaps_two, middle, &mut self.cuts);
         }
-        let parallax = match sweep.pairing {
-            Pairing::Within { radius } => Some(sweep.depths.parallax(radius, heights)),
-            _ => None,
-        };
-        let rule = PairRule {
-            cuts: &self.cuts,
-            parallax,
-        };
         self.span
-            .interpolate(heights, (one, two), &rule, alpha, &mut self.connector);
+            .interpolate(heights, (one, two), &self.cuts, alpha, &mut self.connector);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::chains::Chains;
 use crate::epipolar::{EpipolarFrame, object_from_image, project};
 use crate::loops::DeepLoops;
 use crate::rows::{Rows, RowsScratch};
-use crate::span::{Limit, Parallax};
+use crate::within::{PairRows, PairScratch, PairSource};
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// Turns of a contour by less height than this are levelled: a third of a pixel of a 512² capture, less than contours are
@@ -35,6 +35,8 @@ pub(crate) struct RectifiedPair {
     pub(crate) depths: SphereDepths,
     rows: Rows,
     has_rows: bool,
+    pair_rows: PairRows,
+    has_pair_rows: bool,
 }
 
 impl RectifiedPair {
@@ -49,6 +51,7 @@ impl RectifiedPair {
     ) -> Option<EpipolarFrame> {
         self.frame = None;
         self.has_rows = false;
+        self.has_pair_rows = false;
         let frame = EpipolarFrame::new(one.eye, two.eye, center)?;
         let baseline = one.eye.distance(two.eye);
         for (seen, chains) in [one, two].iter().zip(&mut self.chains) {
@@ -71,6 +74,25 @@ impl RectifiedPair {
         &self.rows
     }
 
+    /// All pairs of intervals that can meet within a sphere of this radius about the center, found when they are asked for first:
+    /// each pair of silhouettes is asked for one radius only.
+    pub(crate) fn pair_rows(
+        &mut self,
+        radius: Option<f64>,
+        scratch: &mut PairScratch,
+    ) -> &PairRows {
+        if !self.has_pair_rows {
+            let source = PairSource {
+                chains: &self.chains,
+                depths: self.depths,
+                radius,
+            };
+            self.pair_rows.assign(&source, scratch);
+            self.has_pair_rows = true;
+        }
+        &self.pair_rows
+    }
+
     /// The shared frame, where the pair could be rectified.
     pub(crate) fn frame(&self) -> Option<&EpipolarFrame> {
         self.frame.as_ref()
@@ -87,27 +109,14 @@ pub(crate) struct SphereDepths {
 }
 
 impl SphereDepths {
-    /// The parallax x₁ − x₂ that points of the sphere can have across a slab.
-    pub(crate) fn parallax(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> Parallax {
-        let (top, bottom) = (
-            self.parallax_at(radius, y_top),
-            self.parallax_at(radius, y_bottom),
-        );
-        Parallax {
-            least: Limit {
-                top: top.0,
-                bottom: bottom.0,
-            },
-            greatest: Limit {
-                top: top.1,
-                bottom: bottom.1,
-            },
-        }
-    }
-
     /// A range of parallax that is allowed on all scanlines between two heights: the farther from the middle, the narrower.
     pub(crate) fn narrowest(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> (f64, f64) {
         self.parallax_at(radius, y_top.abs().max(y_bottom.abs()))
+    }
+
+    /// A range that holds all parallax that is allowed on some scanline between two heights.
+    pub(crate) fn widest(&self, radius: f64, (y_top, y_bottom): (f64, f64)) -> (f64, f64) {
+        self.parallax_at(radius, 0.0_f64.clamp(y_top, y_bottom))
     }
 
     /// The least and the greatest parallax on the scanline at height y.
@@ -115,7 +124,7 @@ impl SphereDepths {
     /// A point at depth z has parallax b/z. The epipolar plane cuts the sphere in a disc whose middle has depth c/(1 + y²).
     /// Contours are stored to a fraction of a pixel, so that touching rays may miss: hence the slack, which also covers that
     /// the range is taken as linear within a slab.
-    fn parallax_at(&self, radius: f64, y: f64) -> (f64, f64) {
+    pub(crate) fn parallax_at(&self, radius: f64, y: f64) -> (f64, f64) {
         let stretch = 1.0 + y * y;
         let off_plane = y * y * self.center_depth * self.center_depth / stretch;
         let reach = ((radius * radius - off_plane).max(0.0) / stretch).sqrt();
@@ -233,6 +242,7 @@ impl EdgeCache {
             chains.reserve(most);
         }
         edge.pair.rows.reserve(2 * most);
+        edge.pair.pair_rows.reserve(2 * most);
         // A pair that cannot be rectified is kept without a frame.
         let seen = (seen(one, loops_one), seen(two, loops_two));
         let _ = edge.pair.assign(seen, sphere.center, TURN_TANGENT);

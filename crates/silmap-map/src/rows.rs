@@ -2,15 +2,15 @@
 //!
 //! Between two heights where no chain ends, and the intervals of both views are linked in one way, each side of the outline comes
 //! from one side of either view, or of both. Which they are does not depend on the viewpoint between the views: so it is found
-//! once for a polytope edge, and a frame runs the rule down arrays. Only where sides of the result cross are spans united slab by
-//! slab, and only over the heights where they do.
+//! once for a polytope edge, and a frame runs the rule down arrays. Only where sides of the result cross are intervals united, and
+//! only over the heights where they do.
 
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 
 use crate::chains::{Chains, Strand, Walker};
 use crate::connect::Connector;
-use crate::side::{Interval, Section, Side, Touch};
-use crate::span::SpanScratch;
+use crate::cover::Cover;
+use crate::side::{Section, Touch};
 use crate::tight::{self, Homes, Linked, Origin, Rim, Rule};
 
 /// Parts with fewer vertices than this are linked slab by slab at once.
@@ -365,7 +365,8 @@ pub(crate) struct CrossingScratch {
     /// All sides of the part, one after the other, with where each ends and where on it the sweep is.
     points: Vec<DVec4>,
     places: Vec<Place>,
-    span: SpanScratch,
+    are_turning: Vec<bool>,
+    cover: Cover,
 }
 
 /// A side's points, and the edge that the sweep has come to.
@@ -423,7 +424,7 @@ impl CrossingScratch {
         if y_top < first {
             self.push_sides((y_top, first), output);
         }
-        self.push_slabs((first, last), output);
+        self.push_union((first, last), output);
         if last < y_bottom {
             self.push_sides((last, y_bottom), output);
         }
@@ -447,37 +448,28 @@ impl CrossingScratch {
         output.end_followed(start, &self.side_ends, y_bottom);
     }
 
-    fn push_slabs(&mut self, (mut y, end): (f64, f64), output: &mut Connector) {
-        while y < end {
-            let mut bottom = end;
-            for place in &mut self.places {
-                place.advance(&self.points, y);
-                let next = self.points[place.at + 1].y;
-                if next > y {
-                    bottom = bottom.min(next);
-                }
+    /// Adds the union of the intervals, row by row.
+    fn push_union(&mut self, (y_top, y_bottom): (f64, f64), output: &mut Connector) {
+        self.cover.begin(1, self.places.len());
+        let points = &self.points;
+        let mut y = y_top;
+        loop {
+            self.are_turning.clear();
+            for (end, place) in self.cover.next_row().iter_mut().zip(&mut self.places) {
+                let p = place.point(points, y);
+                *end = DVec3::new(p.x, p.z, p.w);
+                self.are_turning.push(points[place.at + 1].y <= y);
+                place.advance(points, y);
             }
-            let points = &self.points;
-            let side = |place: &Place| {
-                let [top, bottom] = [y, bottom].map(|y| {
-                    let p = place.point(points, y);
-                    Touch {
-                        x: p.x,
-                        disparity: p.z,
-                        slide: p.w,
-                    }
-                });
-                Side { top, bottom }
-            };
-            let intervals = self.places.chunks_exact(2).map(|pair| Interval {
-                enter: side(&pair[0]),
-                exit: side(&pair[1]),
-            });
-            self.span.unite((y, bottom), output, |given| {
-                given.clear();
-                given.extend(intervals);
-            });
-            y = bottom;
+            let is_bent = |end: usize| self.are_turning[end];
+            self.cover.step(y, is_bent, output);
+            if y >= y_bottom {
+                break;
+            }
+            let next = self.places.iter().map(|place| points[place.at + 1].y);
+            y = next.filter(|&next| next > y).fold(y_bottom, f64::min);
         }
+        self.cover.end();
+        self.cover.finish(output);
     }
 }

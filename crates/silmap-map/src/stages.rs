@@ -43,7 +43,9 @@ impl Stages {
     pub fn linear_step(&mut self, map: &SilhouetteMap, alpha: f64, method: Method) -> usize {
         let pairing = match method {
             Method::Paper => Pairing::Cliques,
-            Method::Hull => Pairing::Within { radius: map.radius },
+            Method::Hull => Pairing::Within {
+                radius: Some(map.radius),
+            },
             Method::Tight => Pairing::Tight,
         };
         self.linear

@@ -6,6 +6,9 @@ use proptest::prelude::*;
 use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};
 use silmap_geometry::{Loop, Mask};
 
+/// Every interval with every other.
+const ALL: Pairing = Pairing::Within { radius: None };
+
 /// A star-shaped loop on an eighth-unit grid, so that heights coincide often; holes run the other way.
 fn star(radii: &[f64], center: DVec2, is_hole: bool) -> Loop {
     let turn = std::f64::consts::TAU / radii.len() as f64;
@@ -136,7 +139,7 @@ proptest! {
     fn all_pairs_give_the_union_on_every_scanline(
         one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64, ys in prop::collection::vec(0.0..96.0_f64, 12),
     ) {
-        let output = interpolated(&one, &two, alpha, Pairing::All);
+        let output = interpolated(&one, &two, alpha, ALL);
         for y in ys {
             // Heights are eighths: stay clear of vertices, where a scanline is ambiguous.
             let y = (y * 8.0).floor() / 8.0 + 0.0371;
@@ -150,7 +153,7 @@ proptest! {
     #[test]
     fn loops_are_oriented_and_do_not_overlap(
         one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64,
-        pairing in prop::sample::select(vec![Pairing::All, Pairing::Cliques]),
+        pairing in prop::sample::select(vec![ALL, Pairing::Cliques]),
     ) {
         let output = interpolated(&one, &two, alpha, pairing);
         // Bands four times as fine as a unit, so that counting pixels measures area.
@@ -170,7 +173,7 @@ proptest! {
     fn all_pairs_cover_the_two_view_visual_hull(
         one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64,
     ) {
-        let output = interpolated(&one, &two, alpha, Pairing::All);
+        let output = interpolated(&one, &two, alpha, ALL);
         let holds = |span: &[(f64, f64)], x: f64, slack: f64| span.iter().any(|i| i.0 - slack <= x && x <= i.1 + slack);
         for row in (0..96).step_by(3) {
             let y = f64::from(row) + 0.0371;
@@ -189,8 +192,8 @@ proptest! {
     fn pairs_within_the_sphere_cover_the_visual_hull_there(
         one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64, radius in 0.3..2.0_f64,
     ) {
-        let output = interpolated(&one, &two, alpha, Pairing::Within { radius });
-        let all = interpolated(&one, &two, alpha, Pairing::All);
+        let output = interpolated(&one, &two, alpha, Pairing::Within { radius: Some(radius) });
+        let all = interpolated(&one, &two, alpha, ALL);
         let holds = |span: &[(f64, f64)], x: f64, slack: f64| span.iter().any(|i| i.0 - slack <= x && x <= i.1 + slack);
         for row in (0..96).step_by(3) {
             let y = f64::from(row) + 0.0371;
@@ -216,7 +219,7 @@ proptest! {
         let y = (y * 8.0).floor() / 8.0 + 0.0371;
         prop_assume!(!spans_at(&one, y).is_empty() && !spans_at(&two, y).is_empty());
         for (alpha, end) in [(0.0, &one), (1.0, &two)] {
-            let output = interpolated(&one, &two, alpha, Pairing::All);
+            let output = interpolated(&one, &two, alpha, ALL);
             prop_assert!(difference(&spans_at(&output, y), &spans_at(end, y)) < 0.01);
         }
     }
@@ -225,7 +228,7 @@ proptest! {
     #[test]
     fn cliques_lie_within_all_pairs(one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64) {
         let (mut all, mut some) = (Mask::new(96, 96), Mask::new(96, 96));
-        for (pairing, mask) in [(Pairing::All, &mut all), (Pairing::Cliques, &mut some)] {
+        for (pairing, mask) in [(ALL, &mut all), (Pairing::Cliques, &mut some)] {
             let mut output = interpolated(&one, &two, alpha, pairing);
             // Vertices lie on eighths: beside them, no pixel centre lies on an edge that both have.
             output.transform(|p| p + DVec2::new(0.0137, 0.0171));
@@ -256,7 +259,7 @@ fn pants_open_where_their_legs_part() {
         squares(&[(10.0, 10.0, 40.0)]),
         squares(&[(0.0, 10.0, 40.0), (60.0, 10.0, 40.0)]),
     );
-    let widths = |alpha: f64| spans_at(&interpolated(&torso, &legs, alpha, Pairing::All), 30.037);
+    let widths = |alpha: f64| spans_at(&interpolated(&torso, &legs, alpha, ALL), 30.037);
     assert_eq!(widths(0.2).len(), 1, "the legs still overlap");
     assert_eq!(widths(0.9).len(), 2, "the legs have parted");
 }
@@ -269,5 +272,5 @@ fn cliques_keep_matched_shapes_apart() {
         squares(&[(5.0, 0.0, 30.0), (45.0, 0.0, 30.0)]),
     );
     let count = |pairing| spans_at(&interpolated(&one, &two, 0.5, pairing), 15.037).len();
-    assert_eq!((count(Pairing::Cliques), count(Pairing::All)), (2, 1));
+    assert_eq!((count(Pairing::Cliques), count(ALL)), (2, 1));
 }
