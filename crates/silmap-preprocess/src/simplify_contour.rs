@@ -27,7 +27,7 @@ mod tests;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use silmap_geometry::Loop;
+use silmap_geometry::{CoverageRule, Loop};
 
 pub use levels::add_levels;
 use outline::{Outline, Proposal};
@@ -38,7 +38,7 @@ pub struct SimplifyContourParams {
     /// Largest distance of a point of the simplified outline from the traced one, pixels. With 0 only vertices on
     /// straight lines go.
     pub tolerance_px: f64,
-    /// Whether the simplified region must contain the traced one. A tolerance under 1 keeps most steps of a staircase
+    /// Whether the simplified region must contain the traced one. A tolerance under 0.71 keeps most steps of a staircase
     /// then: the line along the outside of one is that far from its inner corners.
     pub outward_only: bool,
 }
@@ -48,6 +48,21 @@ impl Default for SimplifyContourParams {
         Self {
             tolerance_px: 0.5,
             outward_only: false,
+        }
+    }
+}
+
+impl SimplifyContourParams {
+    /// What suits outlines of pixels captured by a rule: those of all touched pixels only grow, and not even the diagonal of a
+    /// staircase is within half a pixel of its outside.
+    #[must_use]
+    pub fn for_coverage(coverage: CoverageRule) -> Self {
+        match coverage {
+            CoverageRule::Center => Self::default(),
+            CoverageRule::Any => Self {
+                tolerance_px: 0.75,
+                outward_only: true,
+            },
         }
     }
 }

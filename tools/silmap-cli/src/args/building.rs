@@ -140,9 +140,10 @@ pub(crate) struct BuildArgs {
     /// Side of the captured pictures in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub(crate) resolution: u32,
-    /// How far a contour may move when it is simplified, in pixels
-    #[arg(long, value_name = "PIXELS", default_value = "0.5", value_parser = parse_positive)]
-    pub(crate) tolerance: f64,
+    /// How far a contour may move when it is simplified, in pixels [default: 0.5, or 0.75 with --coverage any, where it moves
+    /// outward only]
+    #[arg(long, value_name = "PIXELS", value_parser = parse_positive)]
+    pub(crate) tolerance: Option<f64>,
     /// Which pixels the model covers
     #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
     pub(crate) coverage: CoverageArg,

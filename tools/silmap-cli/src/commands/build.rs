@@ -12,6 +12,7 @@ use silmap_preprocess::capture::Backend;
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::mesh_io::Loaded;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
+use silmap_preprocess::simplify_contour::SimplifyContourParams;
 use silmap_preprocess::texture;
 
 use crate::args::{BackendArg, BuildArgs, CoverageArg, usage_error};
@@ -262,13 +263,14 @@ fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
         views: args.views,
         view_radius_rel: args.radius.in_radii(model_radius),
         resolution_px: args.resolution,
-        tolerance_px: args.tolerance,
         ..BuildParams::default()
     };
     params.capture.coverage = match args.coverage {
         CoverageArg::Center => CoverageRule::Center,
         CoverageArg::Any => CoverageRule::Any,
     };
+    let default_tolerance = SimplifyContourParams::for_coverage(params.capture.coverage);
+    params.tolerance_px = args.tolerance.unwrap_or(default_tolerance.tolerance_px);
     params.capture.backend = match args.backend {
         BackendArg::Auto => Backend::Auto,
         BackendArg::Cpu => Backend::Cpu,
@@ -327,8 +329,9 @@ mod tests {
             ("--resolution 64", |p| p.resolution_px == 64),
             ("--tolerance 1.5", |p| p.tolerance_px == 1.5),
             ("--coverage any", |p| {
-                p.capture.coverage == CoverageRule::Any
+                p.capture.coverage == CoverageRule::Any && p.tolerance_px == 0.75
             }),
+            ("--coverage any --tolerance 0.5", |p| p.tolerance_px == 0.5),
             ("--radius 8", |p| p.view_radius_rel == 4.0),
             ("--radius 5R", |p| p.view_radius_rel == 5.0),
             ("--faces 60", |p| p.hull.target_faces == 60),
