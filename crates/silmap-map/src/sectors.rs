@@ -83,13 +83,35 @@ impl Rim {
         }
     }
 
-    /// How far from the center a rim with these moments is in some direction, if it is an ellipse.
-    fn reach(&self, direction: DVec3) -> f64 {
-        let mean = self.mean.dot(direction);
-        let variance = direction.dot(self.square * direction) - mean * mean;
-        mean + (2.0 * variance.max(0.0)).sqrt()
+    /// How far from the center a rim with these moments is crossed in a direction of a camera's image plane, right and up, if it is
+    /// an ellipse there.
+    fn reach(&self, direction: DVec2, camera: &Camera) -> f64 {
+        let axes = [camera.right, camera.up];
+        let mean = DVec2::from(axes.map(|axis| self.mean.dot(axis)));
+        let [right, up] = axes.map(|axis| self.square * axis);
+        // Twice the variances are the squares of an ellipse's half axes.
+        let xx = 2.0 * (axes[0].dot(right) - mean.x * mean.x);
+        let xy = 2.0 * (axes[0].dot(up) - mean.x * mean.y);
+        let yy = 2.0 * (axes[1].dot(up) - mean.y * mean.y);
+        let least = LEAST_VARIANCE * (xx + yy).max(f64::MIN_POSITIVE);
+        let determinant = (xx * yy - xy * xy).max(least * least);
+        let product = |p: DVec2, q: DVec2| {
+            (yy * p.x * q.x - xy * (p.x * q.y + p.y * q.x) + xx * p.y * q.y) / determinant
+        };
+        // Where the product of t·direction − mean with itself is 1.
+        let (aa, ab) = (product(direction, direction), product(direction, mean));
+        let room = ab * ab - aa * (product(mean, mean) - 1.0);
+        if aa > 0.0 && room >= 0.0 {
+            ((ab + room.sqrt()) / aa).max(0.0)
+        } else {
+            // The ellipse is passed beside.
+            mean.dot(direction).max(0.0)
+        }
     }
 }
+
+/// A rim seen as flatter than this, relative to its extent, is taken to be as wide.
+const LEAST_VARIANCE: f64 = 1e-4;
 
 /// v·vᵀ
 fn outer(v: DVec3) -> DMat3 {
@@ -157,7 +179,7 @@ impl Sectors {
             // In the middle of the sector; pixels go down.
             let d = half_line(2 * k + 1, 2 * count);
             let direction = upright.right * d.x - upright.up * d.y;
-            let reach = rim.reach(direction).clamp(0.0, map.radius);
+            let reach = (rim.reach(DVec2::new(d.x, -d.y), &upright)).min(map.radius);
             let ray = map.center + direction * (share * reach) - eye;
             at = crossing(views.polytope, map.center, (eye, ray), &at).unwrap_or(*location);
             let ids = map.triangles[at.triangle as usize];
@@ -306,9 +328,29 @@ mod tests {
             contours: vec![contour],
         };
         let rim = Rim::of_view(&view, DVec3::ZERO);
-        assert!((rim.reach(camera.up) - 0.7).abs() < 2e-3);
-        assert!((rim.reach(camera.right) - 0.9).abs() < 2e-3);
-        assert!((rim.reach(-camera.right) - 0.5).abs() < 2e-3);
+        let reach = |d: DVec2| rim.reach(d, &view.camera);
+        assert!((reach(DVec2::X) - 0.9).abs() < 2e-3);
+        assert!((reach(-DVec2::X) - 0.5).abs() < 2e-3);
+        assert!((reach(DVec2::Y) - (0.7_f64 * 0.7 - 0.2 * 0.2).sqrt()).abs() < 2e-3);
+    }
+
+    /// On a long rim the ray that is followed meets it in the middle of the sector: farther out it would pass beside the object.
+    #[test]
+    fn a_long_rim_is_crossed_where_it_is() {
+        let camera =
+            Camera::fit_sphere(DVec3::Z * 3.0, DVec3::ZERO, 1.0, None, (512, 512)).unwrap();
+        let (wide, high) = (0.2, 0.9);
+        let square = DMat3::from_diagonal(DVec3::new(wide * wide, high * high, 0.3) * 0.5);
+        let rim = Rim {
+            mean: DVec3::ZERO,
+            square,
+        };
+        for k in 0..24 {
+            let d = half_line(k, 24);
+            let p = d * rim.reach(d, &camera);
+            let across = DVec2::new(p.x / wide, p.y / high).length();
+            assert!((across - 1.0).abs() < 1e-9, "{p}");
+        }
     }
 
     #[test]
