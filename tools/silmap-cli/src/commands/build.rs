@@ -331,7 +331,9 @@ mod tests {
             ("--coverage any", |p| {
                 p.capture.coverage == CoverageRule::Any && p.tolerance_px == 0.75
             }),
-            ("--coverage any --tolerance 0.5", |p| p.tolerance_px == 0.5),
+            ("--coverage any --tolerance 0.5", |p| {
+                p.capture.coverage == CoverageRule::Any && p.tolerance_px == 0.5
+            }),
             ("--radius 8", |p| p.view_radius_rel == 4.0),
             ("--radius 5R", |p| p.view_radius_rel == 5.0),
             ("--faces 60", |p| p.hull.target_faces == 60),
