@@ -9,7 +9,7 @@ use crate::chains::Chains;
 use crate::epipolar::{EpipolarFrame, object_from_image, project};
 use crate::loops::DeepLoops;
 use crate::rows::{Rows, RowsScratch};
-use crate::within::{PairRows, PairScratch, PairSource};
+use crate::within::{PairRows, PairScratch, PairSource, Room};
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// Turns of a contour by less height than this are levelled: a third of a pixel of a 512² capture, less than contours are
@@ -233,6 +233,9 @@ impl EdgeCache {
             object_from_loops: object_from_image(&view.camera),
         };
         let [loops_one, loops_two] = &self.captured;
+        // Places take turns: what one of them needed once another will need.
+        let rooms = self.edges.iter().map(|edge| edge.pair.pair_rows.room());
+        let room = rooms.fold(Room::default(), Room::max);
         let edge = &mut self.edges[at];
         (edge.views, edge.level) = (views, level);
         // Room for the largest contours at once, so that places need not grow as other edges come.
@@ -242,7 +245,7 @@ impl EdgeCache {
             chains.reserve(most);
         }
         edge.pair.rows.reserve(2 * most);
-        edge.pair.pair_rows.reserve(2 * most);
+        edge.pair.pair_rows.make_room(room);
         // A pair that cannot be rectified is kept without a frame.
         let seen = (seen(one, loops_one), seen(two, loops_two));
         let _ = edge.pair.assign(seen, sphere.center, TURN_TANGENT);

@@ -140,14 +140,26 @@ fn keep_within((least, greatest): Range, corner: &mut Corner, is_left: bool) -> 
 }
 
 impl PairRows {
-    /// Forgets everything, and makes room for silhouettes of so many vertices together.
-    pub(crate) fn reserve(&mut self, n_vertices: usize) {
+    /// For how much there is room without asking for more.
+    pub(crate) fn room(&self) -> Room {
+        Room([
+            self.parts.capacity(),
+            self.sides.capacity(),
+            self.rows.capacity(),
+            self.places.capacity(),
+            self.corners.capacity(),
+        ])
+    }
+
+    /// Forgets everything, and makes as much room.
+    pub(crate) fn make_room(&mut self, room: Room) {
         self.clear();
-        self.parts.reserve(n_vertices);
-        self.sides.reserve(CHAINS_A_ROW * n_vertices);
-        self.rows.reserve(2 * n_vertices);
-        self.places.reserve(CHAINS_A_ROW * 2 * n_vertices);
-        self.corners.reserve(CHAINS_A_ROW * n_vertices);
+        let [parts, sides, rows, places, corners] = room.0;
+        self.parts.reserve_exact(parts);
+        self.sides.reserve_exact(sides);
+        self.rows.reserve_exact(rows);
+        self.places.reserve_exact(places);
+        self.corners.reserve_exact(corners);
     }
 
     fn clear(&mut self) {
@@ -341,8 +353,16 @@ impl PairRows {
     }
 }
 
-/// Room is made for so many chains on each row: more are rare.
-const CHAINS_A_ROW: usize = 8;
+/// How many of each thing there is room for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Room([usize; 5]);
+
+impl Room {
+    /// Room for either.
+    pub(crate) fn max(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k].max(other.0[k])))
+    }
+}
 
 impl PairScratch {
     /// How many chains of both views a row meets.
