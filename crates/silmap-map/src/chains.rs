@@ -407,6 +407,36 @@ impl Walker {
     }
 }
 
+/// The first heights between which no chain of two silhouettes ends and a line meets both; the walkers are brought there.
+pub(crate) fn first_range(walkers: &mut [Walker; 2], chains: &[Chains; 2]) -> Option<(f64, f64)> {
+    walkers.iter_mut().for_each(Walker::restart);
+    next_range(
+        walkers,
+        chains,
+        chains[0].first_y().min(chains[1].first_y()),
+    )
+}
+
+/// The next such heights from `y` down, which is where the last ones ended.
+pub(crate) fn next_range(
+    walkers: &mut [Walker; 2],
+    chains: &[Chains; 2],
+    mut y: f64,
+) -> Option<(f64, f64)> {
+    while y.is_finite() {
+        let mut end = f64::INFINITY;
+        for (walker, chains) in walkers.iter_mut().zip(chains) {
+            walker.enter(chains, y);
+            end = end.min(walker.end(chains));
+        }
+        if end.is_finite() && walkers.iter().all(|w| w.n_intervals() > 0) {
+            return Some((y, end));
+        }
+        y = end;
+    }
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

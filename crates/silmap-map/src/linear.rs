@@ -7,7 +7,7 @@
 
 use glam::DVec4;
 
-use crate::chains::{Chains, Walker};
+use crate::chains::{Chains, Walker, first_range, next_range};
 use crate::clique::{GapMatching, GapTracks};
 use crate::connect::{Connector, Slack};
 use crate::cover::Cover;
@@ -138,50 +138,23 @@ impl LinearScratch {
     /// Goes down both silhouettes from one height where a chain ends or begins to the next.
     fn sweep(&mut self, sweep: &Sweep<'_>) {
         self.cuts.clear();
-        for walker in &mut self.walkers {
-            walker.restart();
-        }
-        let mut y = sweep.chains[0].first_y().min(sweep.chains[1].first_y());
-        while y.is_finite() {
-            for (walker, chains) in self.walkers.iter_mut().zip(sweep.chains) {
-                walker.enter(chains, y);
+        let mut range = first_range(&mut self.walkers, sweep.chains);
+        while let Some(heights) = range {
+            if !self.follow(heights, sweep) {
+                self.visit_slabs(heights, sweep);
             }
-            let end =
-                (self.walkers[0].end(&sweep.chains[0])).min(self.walkers[1].end(&sweep.chains[1]));
-            if !end.is_finite() {
-                return;
-            }
-            if self.walkers.iter().all(|w| w.n_intervals() > 0) {
-                self.visit((y, end), sweep);
-            }
-            y = end;
+            range = next_range(&mut self.walkers, sweep.chains, heights.1);
         }
     }
 
-    /// Interpolates between two heights where no chain ends: side by side where each view has one interval, and slab by slab
-    /// where one has several.
-    fn visit(&mut self, heights: (f64, f64), sweep: &Sweep<'_>) {
-        if !self.follow(heights, sweep) {
-            self.visit_slabs(heights, sweep);
-        }
-    }
-
-    /// Interpolates side by side; false, with nothing done, where the rule is not that simple.
+    /// Follows both sides where each view has one interval; false, with nothing done, where one has several, or where the sides
+    /// meet.
     fn follow(&mut self, heights: (f64, f64), sweep: &Sweep<'_>) -> bool {
         if self.walkers.iter().any(|w| w.n_intervals() != 1) {
             return false;
         }
-        let alpha = sweep.alpha;
-        self.follow_single(sweep.chains, heights, |a: Touch, b: Touch| a.lerp(b, alpha))
-    }
-
-    /// Follows both sides of the only intervals; false, with nothing done, where the rule gives nothing or they meet.
-    fn follow_single(
-        &mut self,
-        chains: &[Chains; 2],
-        heights: (f64, f64),
-        rule: impl Fn(Touch, Touch) -> Touch,
-    ) -> bool {
+        let (chains, alpha) = (sweep.chains, sweep.alpha);
+        let rule = |a: Touch, b: Touch| a.lerp(b, alpha);
         let (one, two) = (self.walkers[0].strands(), self.walkers[1].strands());
         self.connector.begin_slab(heights.0);
         self.side_ends.clear();
@@ -189,7 +162,7 @@ impl LinearScratch {
         let start = points.len();
         for (one, two) in one.iter().zip(two) {
             let views = (&chains[0], &chains[1]);
-            follow_pair(views, [*one, *two], heights, &rule, points);
+            follow_pair(views, [*one, *two], heights, rule, points);
             let middle = self.side_ends.last().copied();
             let do_meet = |middle: usize| do_cross(&points[start..middle], &points[middle..]);
             if middle.is_some_and(do_meet) {

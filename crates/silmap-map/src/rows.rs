@@ -7,7 +7,7 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::chains::{Chains, Strand, Walker};
+use crate::chains::{Chains, Strand, Walker, first_range, next_range};
 use crate::connect::Connector;
 use crate::cover::Cover;
 use crate::side::{Section, Touch};
@@ -118,23 +118,10 @@ impl Rows {
     /// Finds the rows of two silhouettes.
     pub(crate) fn assign(&mut self, chains: &[Chains; 2], scratch: &mut RowsScratch) {
         self.clear();
-        for walker in &mut scratch.walkers {
-            walker.restart();
-        }
-        let mut y = chains[0].first_y().min(chains[1].first_y());
-        while y.is_finite() {
-            let mut end = f64::INFINITY;
-            for (walker, chains) in scratch.walkers.iter_mut().zip(chains) {
-                walker.enter(chains, y);
-                end = end.min(walker.end(chains));
-            }
-            if !end.is_finite() {
-                return;
-            }
-            if scratch.walkers.iter().all(|w| w.n_intervals() > 0) {
-                self.add_range(chains, (y, end), scratch);
-            }
-            y = end;
+        let mut range = first_range(&mut scratch.walkers, chains);
+        while let Some(heights) = range {
+            self.add_range(chains, heights, scratch);
+            range = next_range(&mut scratch.walkers, chains, heights.1);
         }
     }
 
