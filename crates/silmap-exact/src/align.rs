@@ -10,7 +10,7 @@
 //! image. Deviations: only the outer outline is compared; distances count along normals, in both directions, and far ones
 //! count less (Tukey's weights), so that a step is a least-squares problem in six unknowns.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use silmap_geometry::polygon::Loop;
 use silmap_geometry::{Camera, ClosedMesh};
 use thiserror::Error;
@@ -34,7 +34,17 @@ pub struct AlignParams {
     pub good_distance_px: f64,
     /// How far these are turned, radians.
     pub turn_rad: f64,
+    /// Outlines farther apart than this on average, pixels, do not fit: the pose is no result. None for
+    /// [`FITS_WITHIN_REL`] of the outline's size, and at least [`FITS_WITHIN_PX`].
+    pub fits_within_px: Option<f64>,
 }
+
+/// Share of the diagonal of an outline's bounding box that a model's outline may be away from it on average: several times what is left
+/// on photographs whose model is right.
+pub const FITS_WITHIN_REL: f64 = 0.01;
+
+/// Masks are no better than that, pixels.
+pub const FITS_WITHIN_PX: f64 = 2.0;
 
 impl Default for AlignParams {
     fn default() -> Self {
@@ -43,6 +53,7 @@ impl Default for AlignParams {
             least_step: 1e-6,
             good_distance_px: 0.5,
             turn_rad: 4.0_f64.to_radians(),
+            fits_within_px: None,
         }
     }
 }
@@ -56,6 +67,24 @@ pub struct Pose {
     pub distance_px: f64,
     /// Rounds made, from all starts.
     pub rounds: u32,
+    /// The largest distance that counts as a fit, pixels.
+    pub fits_within_px: f64,
+}
+
+impl Pose {
+    /// Whether the outlines came close enough to each other for the pose to mean something.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        self.distance_px <= self.fits_within_px
+    }
+}
+
+/// The largest distance that counts as a fit to this outline, pixels, if nobody says another.
+fn usual_bound_px(outline: &[Loop]) -> f64 {
+    let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (low, high) =
+        (outline.iter().flatten()).fold(start, |(low, high), &p| (low.min(p), high.max(p)));
+    FITS_WITHIN_PX.max(FITS_WITHIN_REL * (high - low).length())
 }
 
 /// Why a pose cannot be refined.
@@ -119,6 +148,7 @@ pub fn refine_pose(
     }
     Ok(Pose {
         rounds: fit.rounds,
+        fits_within_px: (params.fits_within_px).unwrap_or_else(|| usual_bound_px(outline)),
         ..best
     })
 }
@@ -173,6 +203,8 @@ impl Fit<'_, '_> {
                     camera,
                     distance_px,
                     rounds: self.rounds,
+                    // Known when all starts are through.
+                    fits_within_px: f64::INFINITY,
                 });
             }
             let (turn, shift) = step;

@@ -52,7 +52,9 @@ mod viewpoint;
 mod walk;
 mod watch;
 
-pub use align::{AlignError, AlignParams, Pose, angle_between, refine_pose};
+pub use align::{
+    AlignError, AlignParams, FITS_WITHIN_PX, FITS_WITHIN_REL, Pose, angle_between, refine_pose,
+};
 pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
 pub use cones::{ConeForest, ForestError};
 pub use dual::DualSpace;
@@ -62,7 +64,7 @@ pub use facing::is_front_facing;
 pub use fans::{FanReport, decompose_loops, fan_area};
 pub use loops::{ChainError, OutlineError, chain_loops, image_loops, outline_loops};
 pub use outline::Outliner;
-pub use simplify::{SimplifyError, SimplifyParams, silhouette_nearness, simplify};
+pub use simplify::{Simplified, SimplifyError, SimplifyParams, silhouette_nearness, simplify};
 pub use viewpoint::Viewpoint;
 pub use walk::{WALK_STEP_RAD, walk_around};
 pub use watch::{Advance, Watch};

@@ -8,7 +8,8 @@
 //! Deviation: where loops touch in a vertex they are cut apart there, which keeps them short; the paper leaves the
 //! decomposition open.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use silmap_geometry::camera::in_short;
 use silmap_geometry::polygon::Loop;
 use silmap_geometry::{Camera, TriangleMesh};
 use thiserror::Error;
@@ -39,7 +40,8 @@ pub enum ChainError {
 pub enum OutlineError {
     /// Part of the silhouette is beside or behind the eye, where there is no image.
     #[error(
-        "silhouette vertex {vertex} has depth {depth}: move the eye until the whole model lies in front of it"
+        "silhouette vertex {vertex} has depth {}: move the eye until the whole model lies in front of it",
+        in_short(*.depth)
     )]
     BehindEye {
         /// A vertex of the silhouette.
@@ -47,6 +49,43 @@ pub enum OutlineError {
         /// Its distance along the viewing direction, not positive.
         depth: f64,
     },
+    /// Part of the silhouette is seen so far beside the image that its coordinates there mean nothing.
+    #[error(
+        "silhouette vertex {vertex} is seen {distance_px:.0e} pixels beside the image: move the eye away from it or look towards the model"
+    )]
+    FarBesideImage {
+        /// A vertex of the silhouette.
+        vertex: u32,
+        /// How far out, pixels; may be infinite.
+        distance_px: f64,
+    },
+}
+
+/// Points farther out than this, pixels, are refused: a crossing of two edges is no longer known to a pixel there, and the union of
+/// loops that falls back on integers has no room for much more.
+pub(crate) const FARTHEST_PX: f64 = 1e9;
+
+/// Where a vertex is seen, pixels: in front of the eye, and at a number that can be counted with.
+pub(crate) fn image_of_vertex(
+    vertex: u32,
+    positions: &[DVec3],
+    camera: &Camera,
+) -> Result<DVec2, OutlineError> {
+    let position = positions[vertex as usize];
+    let depth = camera.depth(position);
+    if depth <= 0.0 || depth.is_nan() {
+        return Err(OutlineError::BehindEye { vertex, depth });
+    }
+    let point = camera.image_from_object(position);
+    let distance_px = point.abs().max_element();
+    if point.is_finite() && distance_px <= FARTHEST_PX {
+        Ok(point)
+    } else {
+        Err(OutlineError::FarBesideImage {
+            vertex,
+            distance_px,
+        })
+    }
 }
 
 /// Joins directed edges into closed loops of vertex ids; each edge is used once, and no loop visits a vertex twice.
@@ -154,21 +193,13 @@ pub fn outline_loops(mesh: &TriangleMesh, camera: &Camera) -> Result<Vec<Loop>, 
 /// positive area.
 ///
 /// # Errors
-/// When a vertex does not lie in front of the eye.
+/// When a vertex does not lie in front of the eye, or is seen too far beside the image.
 pub fn image_loops(
     loops: &[Vec<u32>],
     positions: &[DVec3],
     camera: &Camera,
 ) -> Result<Vec<Loop>, OutlineError> {
-    let project = |&vertex: &u32| {
-        let point = positions[vertex as usize];
-        let depth = camera.depth(point);
-        if depth > 0.0 {
-            Ok(camera.image_from_object(point))
-        } else {
-            Err(OutlineError::BehindEye { vertex, depth })
-        }
-    };
+    let project = |&vertex: &u32| image_of_vertex(vertex, positions, camera);
     // Front faces run counter-clockwise as seen, which is negative where y points down.
     (loops.iter())
         .map(|ids| ids.iter().rev().map(project).collect())

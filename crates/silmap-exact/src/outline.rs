@@ -14,6 +14,7 @@ use silmap_geometry::Camera;
 use silmap_geometry::polygon::Loop;
 
 use crate::arrangement::{Segment, border};
+use crate::loops::image_of_vertex;
 use crate::{DirectedEdge, OutlineError};
 
 /// Points nearer to each other than this share of the image's larger side are one: the grid of integers is still a
@@ -49,7 +50,7 @@ impl<'m> Outliner<'m> {
     /// `edges` is the whole silhouette for the eye of `camera`.
     ///
     /// # Errors
-    /// When a silhouette vertex does not lie in front of the eye.
+    /// When a silhouette vertex does not lie in front of the eye, or is seen too far beside the image to be counted with.
     pub fn outline(
         &mut self,
         edges: &[DirectedEdge],
@@ -89,20 +90,17 @@ impl<'m> Outliner<'m> {
             });
             segments.push(Segment { from, to });
         }
-        let mut behind = None;
+        let mut fault = None;
         for &v in &vertices {
             self.first_from[v as usize] = NO_EDGE;
-            let position = self.positions[v as usize];
-            let depth = camera.depth(position);
-            if depth > 0.0 {
-                points.push(camera.image_from_object(position));
-            } else {
-                behind = behind.or(Some((v, depth)));
+            match image_of_vertex(v, self.positions, camera) {
+                Ok(point) => points.push(point),
+                Err(error) => fault = fault.or(Some(error)),
             }
         }
-        match behind {
+        match fault {
             None => Ok((points, segments)),
-            Some((vertex, depth)) => Err(OutlineError::BehindEye { vertex, depth }),
+            Some(error) => Err(error),
         }
     }
 
@@ -118,7 +116,7 @@ impl<'m> Outliner<'m> {
             self.first_from[edge.from as usize] = e;
         }
         let same_point = SAME_POINT_REL * camera.size().max_element();
-        let mut behind = None;
+        let mut fault = None;
         let mut loops = Vec::new();
         for edge in edges {
             let mut points: Vec<[f64; 2]> = Vec::new();
@@ -129,18 +127,16 @@ impl<'m> Outliner<'m> {
                     break;
                 }
                 self.first_from[at as usize] = self.next_from[e as usize];
-                let position = self.positions[at as usize];
-                let depth = camera.depth(position);
-                if depth > 0.0 {
-                    let point = camera.image_from_object(position);
-                    let is_new = points
-                        .last()
-                        .is_none_or(|&last| point.distance(last.into()) > same_point);
-                    if is_new {
-                        points.push(point.into());
+                match image_of_vertex(at, self.positions, camera) {
+                    Ok(point) => {
+                        let is_new = points
+                            .last()
+                            .is_none_or(|&last| point.distance(last.into()) > same_point);
+                        if is_new {
+                            points.push(point.into());
+                        }
                     }
-                } else {
-                    behind = behind.or(Some((at, depth)));
+                    Err(error) => fault = fault.or(Some(error)),
                 }
                 at = edges[e as usize].to;
             }
@@ -150,9 +146,9 @@ impl<'m> Outliner<'m> {
                 loops.push(points);
             }
         }
-        match behind {
+        match fault {
             None => Ok(loops),
-            Some((vertex, depth)) => Err(OutlineError::BehindEye { vertex, depth }),
+            Some(error) => Err(error),
         }
     }
 }
@@ -225,6 +221,28 @@ mod tests {
             Err(OutlineError::BehindEye { .. })
         ));
         assert_eq!(outliner.outline(&edges, &good), wanted);
+    }
+
+    #[test]
+    fn what_is_seen_too_far_beside_the_image_is_refused() {
+        let cube = cube();
+        let eye = DVec3::new(0.5, 0.5, 3.0);
+        let edges = silhouette_edges(&cube, eye);
+        let mut outliner = Outliner::new(&cube.positions);
+        let mut seen = |fov_y_rad: f64| {
+            let camera = Camera::look_at(eye, DVec3::splat(0.5), None, fov_y_rad, (8, 8));
+            outliner.outline(&edges, &camera.expect("a camera"))
+        };
+        let wanted = seen(1.0);
+        assert!(wanted.is_ok() && seen(1e-6).is_ok());
+        for narrow in [1e-10, 1e-15, 1e-100] {
+            assert!(
+                matches!(seen(narrow), Err(OutlineError::FarBesideImage { .. })),
+                "{narrow}"
+            );
+        }
+        // The buffers are clean again.
+        assert_eq!(seen(1.0), wanted);
     }
 
     fn check(mesh: &TriangleMesh, direction: [f64; 3]) -> Result<(), TestCaseError> {

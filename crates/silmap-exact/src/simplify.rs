@@ -12,15 +12,18 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
-use silmap_geometry::{ClosedMesh, TriangleMesh};
+use silmap_geometry::camera::in_short;
+use silmap_geometry::{Appearance, ClosedMesh, TriangleMesh};
 use thiserror::Error;
 
 use crate::{Advance, Watch};
 
+mod looks;
 mod nearness;
 mod quadric;
 mod shrinking;
 
+use looks::Looks;
 pub use nearness::silhouette_nearness;
 use nearness::watched_nearness;
 use quadric::Quadric;
@@ -52,7 +55,7 @@ impl Default for SimplifyParams {
 #[non_exhaustive]
 pub enum SimplifyError {
     /// A parameter makes no sense.
-    #[error("the {name} is {value}: {wanted}")]
+    #[error("the {name} is {}: {wanted}", in_short(*.value))]
     BadParameter {
         /// Which one.
         name: &'static str,
@@ -104,9 +107,19 @@ impl PartialEq for Entry {
 
 impl Eq for Entry {}
 
+/// A simplified mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simplified {
+    /// Closed and oriented as the mesh it was made from, with its colours, texture coordinates and materials.
+    pub mesh: TriangleMesh,
+    /// Collapses that moved a seam of the texture or of colours, which is stretched or squeezed there: nothing else was left to
+    /// collapse.
+    pub stretched: u32,
+}
+
 /// Collapses edges of `mesh` down to the faces asked for, or as far as it goes, keeping what is on or near its silhouettes from
-/// `eyes`. Without eyes this is plain simplification. The result is closed and oriented as the mesh is; colours are dropped.
-/// `watch` counts faces, looked at and then removed.
+/// `eyes`. Without eyes this is plain simplification. Colours and texture coordinates are interpolated, and seams kept as long as
+/// there is anything else to collapse. `watch` counts faces, looked at and then removed.
 ///
 /// # Errors
 /// When a parameter or an eye makes no sense, or `watch` ends the work.
@@ -115,14 +128,14 @@ pub fn simplify(
     eyes: &[DVec3],
     params: &SimplifyParams,
     watch: &mut Watch<'_>,
-) -> Result<TriangleMesh, SimplifyError> {
+) -> Result<Simplified, SimplifyError> {
     check(eyes, params)?;
     let bounds = mesh.bounds();
     let mesh = mesh.mesh();
     // In coordinates of the bounding sphere nothing depends on place or scale.
     let unit = bounds.radius;
     let inward = |p: DVec3| (p - bounds.center) / unit;
-    let mut work = Shrinking::new(
+    let work = Shrinking::new(
         mesh.positions.iter().map(|&p| inward(p)).collect(),
         mesh.faces.clone(),
     );
@@ -144,52 +157,170 @@ pub fn simplify(
             quadrics[v as usize].add(&of_face, 1.0 + (params.weight - 1.0) * near * near);
         }
     }
-    let mut queue = BinaryHeap::new();
-    for v in 0..mesh.positions.len() as u32 {
-        if v.is_multiple_of(STEPS_UNWATCHED) {
-            // A closed mesh has about two faces for each vertex.
-            counter.tell((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))?;
-        }
-        for w in work.neighbours(v) {
-            if v < w {
-                push(&mut queue, &work, &quadrics, [v, w]);
-            }
-        }
+    let mut looks = Looks::of(mesh);
+    if !looks.is_empty() {
+        keep_seams(&work, &looks, &mut quadrics);
     }
+    let mut collapses = Collapses {
+        queue: BinaryHeap::new(),
+        work,
+        quadrics,
+        looks: &mut looks,
+        is_forced: false,
+    };
+    let vertex_count = mesh.positions.len() as u32;
+    collapses.push_all(vertex_count, &mut |v| {
+        // A closed mesh has about two faces for each vertex.
+        counter.tell((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))
+    })?;
+    let mut stretched = 0;
     for step in 0_u32.. {
-        if work.face_count() <= params.target_faces as usize {
+        let left = collapses.work.face_count();
+        if left <= params.target_faces as usize {
             break;
         }
+        let done = (looked_at + mesh.faces.len() - left) as u64;
         if step.is_multiple_of(STEPS_UNWATCHED) {
-            counter.tell((looked_at + mesh.faces.len() - work.face_count()) as u64)?;
+            counter.tell(done)?;
         }
-        let Some(Reverse(entry)) = queue.pop() else {
-            break;
-        };
-        let [kept, removed] = entry.ends;
-        if entry.versions != entry.ends.map(|v| work.version(v)) || !work.can_collapse(entry.ends) {
-            continue;
-        }
-        let both = quadrics[kept as usize].sum(&quadrics[removed as usize]);
-        let Some(position) = best_place(&work, &both, entry.ends) else {
-            continue;
-        };
-        work.collapse(entry.ends, position);
-        quadrics[kept as usize] = both;
-        for w in work.neighbours(kept) {
-            push(&mut queue, &work, &quadrics, [kept.min(w), kept.max(w)]);
+        match collapses.step() {
+            Some(by_force) => stretched += u32::from(by_force),
+            // Only what tears seams is left.
+            None if !collapses.is_forced && !collapses.looks.is_empty() => {
+                collapses.is_forced = true;
+                collapses.push_all(vertex_count, &mut |_| counter.tell(done))?;
+            }
+            None => break,
         }
     }
-    let (positions, faces) = work.into_parts();
-    let mut result = TriangleMesh {
+    let (positions, faces, left) = collapses.work.into_parts();
+    let appearance = if looks.is_empty() {
+        Appearance::default()
+    } else {
+        looks.into_appearance(&left, &mesh.appearance)
+    };
+    let mut mesh = TriangleMesh {
         positions: (positions.into_iter())
             .map(|p| p * unit + bounds.center)
             .collect(),
         faces,
-        ..TriangleMesh::default()
+        appearance,
     };
-    result.drop_unused_vertices();
-    Ok(result)
+    mesh.drop_unused_vertices();
+    Ok(Simplified { mesh, stretched })
+}
+
+/// Makes leaving a seam an error.
+fn keep_seams(work: &Shrinking, looks: &Looks, quadrics: &mut [Quadric]) {
+    for v in 0..quadrics.len() as u32 {
+        for w in work.neighbours(v) {
+            if v > w || !looks.is_seam(work, [v, w]) {
+                continue;
+            }
+            let ends = [v, w].map(|v| work.position(v));
+            for &f in work.faces_at(v) {
+                let face = work.face(f);
+                if !face.contains(&w) {
+                    continue;
+                }
+                let [a, b, c] = face.map(|v| work.position(v));
+                let of_edge = Quadric::of_edge(ends, (b - a).cross(c - a));
+                for v in [v, w] {
+                    quadrics[v as usize].add(&of_edge, 1.0);
+                }
+            }
+        }
+    }
+}
+
+/// A mesh while its edges are collapsed in the order of their error.
+struct Collapses<'a> {
+    queue: BinaryHeap<Reverse<Entry>>,
+    work: Shrinking,
+    quadrics: Vec<Quadric>,
+    looks: &'a mut Looks,
+    /// Whether seams may be torn.
+    is_forced: bool,
+}
+
+impl Collapses<'_> {
+    /// Queues every edge; `tell` hears of vertices now and then.
+    fn push_all(
+        &mut self,
+        vertex_count: u32,
+        tell: &mut dyn FnMut(u32) -> Result<(), SimplifyError>,
+    ) -> Result<(), SimplifyError> {
+        for v in 0..vertex_count {
+            if v.is_multiple_of(STEPS_UNWATCHED) {
+                tell(v)?;
+            }
+            for w in self.work.neighbours(v) {
+                if v < w {
+                    self.push([v, w]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn push(&mut self, ends: [u32; 2]) {
+        let both = self.quadric_of(ends);
+        let cost = (self.places(&both, ends))
+            .map(|p| both.error(p))
+            .fold(f64::INFINITY, f64::min);
+        // Without a place now it may have one later, and is queued again by what changes it.
+        if cost < f64::INFINITY {
+            self.queue.push(Reverse(Entry {
+                cost,
+                ends,
+                versions: ends.map(|v| self.work.version(v)),
+            }));
+        }
+    }
+
+    fn quadric_of(&self, ends: [u32; 2]) -> Quadric {
+        self.quadrics[ends[0] as usize].sum(&self.quadrics[ends[1] as usize])
+    }
+
+    /// Takes the next edge from the queue and collapses it if it can be; tells whether a seam was torn.
+    fn step(&mut self) -> Option<bool> {
+        let Reverse(entry) = self.queue.pop()?;
+        let (ends, [kept, _]) = (entry.ends, entry.ends);
+        let is_stale = entry.versions != ends.map(|v| self.work.version(v));
+        if is_stale || !self.work.can_collapse(ends) {
+            return Some(false);
+        }
+        let both = self.quadric_of(ends);
+        let position = (self.places(&both, ends))
+            .filter(|&p| self.work.is_sound(ends, p))
+            .min_by(|&p, &q| both.error(p).total_cmp(&both.error(q)));
+        let change = position.and_then(|p| self.looks.change(&self.work, ends, p, self.is_forced));
+        let (Some(position), Some(change)) = (position, change) else {
+            return Some(false);
+        };
+        self.looks.apply(&self.work, ends, position, &change);
+        self.work.collapse(ends, position);
+        self.quadrics[kept as usize] = both;
+        for w in self.work.neighbours(kept) {
+            self.push([kept.min(w), kept.max(w)]);
+        }
+        Some(change.stretched > 0)
+    }
+
+    /// Where the vertex of a collapsed edge may go.
+    fn places(&self, quadric: &Quadric, ends: [u32; 2]) -> impl Iterator<Item = DVec3> {
+        let [a, b] = ends.map(|v| self.work.position(v));
+        let reach = 2.0 * a.distance(b);
+        let middle = self.work.middle(ends);
+        // Far from the edge the optimum is an accident of nearly parallel planes.
+        let optimum = quadric.optimum().filter(|p| p.distance(middle) <= reach);
+        let places = [optimum, Some(middle), Some(a), Some(b)];
+        let is_free = self.looks.is_empty() || self.is_forced;
+        places
+            .into_iter()
+            .flatten()
+            .filter(move |&p| is_free || self.looks.change(&self.work, ends, p, false).is_some())
+    }
 }
 
 /// Vertices looked at, or edges tried, between one call of the watcher and the next.
@@ -228,7 +359,12 @@ fn check(eyes: &[DVec3], params: &SimplifyParams) -> Result<(), SimplifyError> {
         return bad("face count", faces, "a closed mesh has at least 4");
     }
     if !(params.band_rad > 0.0 && params.band_rad <= std::f64::consts::FRAC_PI_2) {
-        return bad("band", params.band_rad, "it must lie within a right angle");
+        let degrees = params.band_rad.to_degrees();
+        return bad(
+            "band of near-silhouettes in degrees",
+            degrees,
+            "it must be above 0 and at most 90",
+        );
     }
     if !(params.weight >= 1.0 && params.weight.is_finite()) {
         return bad("weight", params.weight, "it must be one or more");
@@ -237,44 +373,6 @@ fn check(eyes: &[DVec3], params: &SimplifyParams) -> Result<(), SimplifyError> {
         Some(index) => Err(SimplifyError::BadEye { index }),
         None => Ok(()),
     }
-}
-
-fn push(
-    queue: &mut BinaryHeap<Reverse<Entry>>,
-    work: &Shrinking,
-    quadrics: &[Quadric],
-    ends: [u32; 2],
-) {
-    let both = quadrics[ends[0] as usize].sum(&quadrics[ends[1] as usize]);
-    let cost = places(work, &both, ends)
-        .into_iter()
-        .flatten()
-        .map(|p| both.error(p))
-        .fold(f64::INFINITY, f64::min);
-    queue.push(Reverse(Entry {
-        cost,
-        ends,
-        versions: ends.map(|v| work.version(v)),
-    }));
-}
-
-/// Where the vertex of a collapsed edge may go.
-fn places(work: &Shrinking, quadric: &Quadric, ends: [u32; 2]) -> [Option<DVec3>; 4] {
-    let [a, b] = ends.map(|v| work.position(v));
-    let reach = 2.0 * a.distance(b);
-    let middle = a.midpoint(b);
-    // Far from the edge the optimum is an accident of nearly parallel planes.
-    let optimum = quadric.optimum().filter(|p| p.distance(middle) <= reach);
-    [optimum, Some(middle), Some(a), Some(b)]
-}
-
-/// The place of least error at which no face turns over.
-fn best_place(work: &Shrinking, quadric: &Quadric, ends: [u32; 2]) -> Option<DVec3> {
-    places(work, quadric, ends)
-        .into_iter()
-        .flatten()
-        .filter(|&p| work.is_sound(ends, p))
-        .min_by(|&p, &q| quadric.error(p).total_cmp(&quadric.error(q)))
 }
 
 #[cfg(test)]

@@ -45,13 +45,15 @@ pub enum CameraError {
     #[error("the up vector is parallel to the viewing direction")]
     UpAlongView,
     /// The field of view is not in (0°, 180°).
-    #[error("the field of view must lie between 0 and 180 degrees, not {degrees}")]
+    #[error("the field of view must lie between 0 and 180 degrees, not {}", in_short(*.degrees))]
     FieldOfView {
         /// The offending angle.
         degrees: f64,
     },
     /// The image has no pixels or too many.
-    #[error("an image of {width} × {height} pixels cannot be made")]
+    #[error(
+        "an image of {width} × {height} pixels cannot be made: each side has 1 to {MAX_SIDE_PX}"
+    )]
     ImageSize {
         /// Columns asked for.
         width: u32,

@@ -5,6 +5,8 @@ pub mod dense_map;
 pub mod evaluate;
 pub mod fewer_views;
 pub mod hull;
+pub mod input;
+pub mod mask_image;
 pub mod mesh_io;
 pub mod models;
 pub mod pipeline;

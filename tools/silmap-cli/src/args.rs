@@ -69,6 +69,16 @@ pub(crate) fn usage_error(kind: ErrorKind, sentence: &str) -> ! {
 }
 
 impl Command {
+    /// Whether a graphics device may be opened.
+    pub(crate) fn may_open_device(&self) -> bool {
+        match self {
+            Self::Demo(_) | Self::Render(_) | Self::Report(_) | Self::Bench(_) => true,
+            Self::Build(a) => a.backend != BackendArg::Cpu,
+            Self::Evaluate(a) => a.textures.is_some(),
+            _ => false,
+        }
+    }
+
     /// Size of the thread pool that was asked for.
     pub(crate) fn threads(&self) -> Option<u32> {
         match self {

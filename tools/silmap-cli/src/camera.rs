@@ -6,6 +6,7 @@ use serde::Serialize;
 use silmap_geometry::{Camera, CameraError};
 
 use crate::args::CameraArgs;
+use crate::values::point_text;
 
 /// A camera in numbers that `align` reads again.
 #[derive(Serialize)]
@@ -43,8 +44,7 @@ pub(crate) fn camera_from_args(
     center: DVec3,
     radius: f64,
 ) -> anyhow::Result<Camera> {
-    let DVec3 { x, y, z } = args.eye;
-    make(args, center, radius).with_context(|| format!("--eye {x:?},{y:?},{z:?}"))
+    make(args, center, radius).with_context(|| format!("--eye {}", point_text(args.eye)))
 }
 
 fn make(args: &CameraArgs, center: DVec3, radius: f64) -> Result<Camera, CameraError> {

@@ -1,23 +1,53 @@
 //! Reading assets and models, with the file's name in front of whatever goes wrong.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use silmap_map::Asset;
+use silmap_preprocess::input;
 use silmap_preprocess::mesh_io::{self, LoadOptions, Loaded};
 use silmap_preprocess::pipeline::model_crc32;
 
 use crate::args::MendingArgs;
+use crate::interrupt;
 use crate::output;
+
+/// Reads a file whole; stops when the user asks to, also where nothing comes.
+///
+/// # Errors
+/// One sentence with the file's name.
+pub(crate) fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
+    let owned = path.to_owned();
+    interrupt::unless_stopped(move || input::read(&owned))?
+        .with_context(|| path.display().to_string())
+}
+
+/// Reads a file of text, as [`read`].
+///
+/// # Errors
+/// As [`read`], and when it is no text.
+pub(crate) fn read_text(path: &Path) -> anyhow::Result<String> {
+    let owned = path.to_owned();
+    interrupt::unless_stopped(move || input::read_text(&owned))?
+        .with_context(|| path.display().to_string())
+}
 
 /// Reads an asset; also gives the size of its file in bytes.
 ///
 /// # Errors
 /// One sentence with the file's name.
 pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
-    let bytes = fs::read(path).with_context(|| path.display().to_string())?;
-    let asset = silmap_map::asset::read(&bytes).with_context(|| path.display().to_string())?;
+    let bytes = read(path)?;
+    let asset = match silmap_map::asset::read(&bytes) {
+        Ok(asset) => asset,
+        Err(_) if mesh_io::is_plain_mesh(path, &bytes) => bail!(
+            "{}: it is a mesh, and an asset is needed: make one with `silmap build {} -o {}`",
+            path.display(),
+            path.display(),
+            path.with_extension("glb").display()
+        ),
+        Err(error) => return Err(error).with_context(|| path.display().to_string()),
+    };
     Ok((asset, bytes))
 }
 
@@ -30,8 +60,9 @@ pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Lo
         close_holes: mending.close_holes,
         repair: mending.repair,
     };
+    let owned = path.to_owned();
     // Its errors name the file already.
-    let loaded = mesh_io::load(path, &options)?;
+    let loaded = interrupt::unless_stopped(move || mesh_io::load(&owned, &options))??;
     for warning in &loaded.warnings {
         output::warn(&format!("{}: {warning}", path.display()));
     }

@@ -5,6 +5,7 @@ mod bench;
 mod camera;
 mod commands;
 mod comparison;
+mod driver_chatter;
 mod exact_shape;
 mod exit;
 mod files;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: Cli) -> anyhow::Result<()> {
+    driver_chatter::keep_quiet(&cli.command);
     interrupt::install_handler()?;
     if let Some(threads) = cli.command.threads() {
         rayon::ThreadPoolBuilder::new()

@@ -1,12 +1,15 @@
 //! Where results go: files that appear whole or not at all, one JSON object on standard output, messages on standard error.
 
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use clap::error::ErrorKind as UsageKind;
 use serde::Serialize;
+use tempfile::TempPath;
 
+use crate::args::usage_error;
 use crate::interrupt;
 
 /// A file that will be written at the end of long work, checked before it.
@@ -51,36 +54,29 @@ impl OutputFile {
     /// # Errors
     /// When the disk is full or the folder has gone; whatever was at the path stays as it was. When the user asked to stop.
     pub(crate) fn write(&self, bytes: &[u8]) -> anyhow::Result<()> {
-        self.write_with(|file| file.write_all(bytes))
+        let mut staging = Staging::default();
+        staging.add(self, bytes)?;
+        staging.publish()
     }
 
-    fn write_with(
-        &self,
-        fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> anyhow::Result<()> {
-        interrupt::check()?;
-        let cannot = || format!("{}: it cannot be written", self.path.display());
-        if self.kind == Target::Special {
-            let mut device = fs::OpenOptions::new()
-                .write(true)
-                .open(&self.path)
-                .with_context(cannot)?;
-            return fill(&mut device).with_context(cannot);
+    /// Ends the program, as for options that are wrong together, when this is one of the files that are read: it would be gone.
+    pub(crate) fn refuse_to_replace(&self, input: &Path) {
+        if fs::canonicalize(input).is_ok_and(|input| input == self.path)
+            && self.kind == Target::Regular
+        {
+            usage_error(
+                UsageKind::ArgumentConflict,
+                &format!(
+                    "{}: it is read and would be replaced: name another file to write",
+                    input.display()
+                ),
+            );
         }
-        let mut temporary = self.temporary()?;
-        fill(temporary.as_file_mut()).with_context(cannot)?;
-        temporary.as_file().sync_all().with_context(cannot)?;
-        interrupt::check()?;
-        temporary.persist(&self.path).with_context(cannot)?;
-        Ok(())
     }
 
     /// An empty file beside the final one, removed when it is dropped.
     fn temporary(&self) -> anyhow::Result<tempfile::NamedTempFile> {
-        let folder = match self.path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
+        let folder = folder_of(&self.path);
         let mut builder = tempfile::Builder::new();
         let extension = self
             .path
@@ -113,6 +109,133 @@ impl OutputFile {
     }
 }
 
+/// Ends the program, as for options that are wrong together, when two of the files are one.
+pub(crate) fn refuse_same_file<'a>(files: impl IntoIterator<Item = &'a OutputFile>) {
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for file in files.into_iter().filter(|f| f.kind == Target::Regular) {
+        // A file that is not there yet has no full path, its folder has.
+        let folder = folder_of(&file.path);
+        let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+        let path = folder.join(file.path.file_name().unwrap_or_default());
+        if paths.contains(&path) {
+            usage_error(
+                UsageKind::ArgumentConflict,
+                &format!(
+                    "{}: two results would be written to it",
+                    file.path.display()
+                ),
+            );
+        }
+        paths.push(path);
+    }
+}
+
+/// All files of a command, which appear together: each is written beside its place, and when all of them are, they are renamed.
+#[derive(Debug, Default)]
+pub(crate) struct Staging {
+    regular: Vec<(TempPath, PathBuf)>,
+    /// Devices and pipes hold nothing back, so that they come when nothing else can fail but a renaming.
+    special: Vec<(PathBuf, Vec<u8>)>,
+}
+
+impl Staging {
+    /// Writes the bytes beside where they will be.
+    ///
+    /// # Errors
+    /// As [`OutputFile::write`].
+    pub(crate) fn add(&mut self, file: &OutputFile, bytes: &[u8]) -> anyhow::Result<()> {
+        interrupt::check()?;
+        if file.kind == Target::Special {
+            self.special.push((file.path.clone(), bytes.to_vec()));
+            return Ok(());
+        }
+        let mut temporary = file.temporary()?;
+        let written = temporary.write_all(bytes);
+        written
+            .and_then(|()| temporary.as_file().sync_all())
+            .with_context(|| cannot_write(&file.path))?;
+        self.regular
+            .push((temporary.into_temp_path(), file.path.clone()));
+        Ok(())
+    }
+
+    /// Makes the files appear, all of them or none.
+    ///
+    /// # Errors
+    /// When a device or pipe does not take its bytes, a file cannot be renamed, or the user asked to stop.
+    pub(crate) fn publish(self) -> anyhow::Result<()> {
+        interrupt::check()?;
+        for (path, bytes) in self.special {
+            let device = path.clone();
+            // A pipe that nobody reads is waited for.
+            match interrupt::unless_stopped(move || write_into(&device, &bytes))? {
+                // Who reads has seen enough.
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => {}
+                other => other.with_context(|| cannot_write(&path))?,
+            }
+        }
+        let pairs: Vec<(&Path, &Path)> = (self.regular.iter())
+            .map(|(from, to)| (&**from, &**to))
+            .collect();
+        rename_all(&pairs)
+    }
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("{}: it cannot be written", path.display())
+}
+
+fn write_into(device: &Path, bytes: &[u8]) -> io::Result<()> {
+    fs::OpenOptions::new()
+        .write(true)
+        .open(device)?
+        .write_all(bytes)
+}
+
+/// Renames the first of each pair to the second, all or none: what was replaced comes back when a later one fails.
+fn rename_all(pairs: &[(&Path, &Path)]) -> anyhow::Result<()> {
+    let mut done: Vec<(&Path, Option<tempfile::TempDir>)> = Vec::new();
+    for &(from, to) in pairs {
+        let kept = if pairs.len() > 1 {
+            keep_aside(to)
+        } else {
+            None
+        };
+        if let Err(error) = fs::rename(from, to) {
+            for (path, kept) in done.into_iter().rev() {
+                // The first failure is the one to tell.
+                let _ = match kept {
+                    Some(folder) => fs::rename(folder.path().join(KEPT), path),
+                    None => fs::remove_file(path),
+                };
+            }
+            return Err(error).with_context(|| cannot_write(to));
+        }
+        done.push((to, kept));
+    }
+    Ok(())
+}
+
+/// What a replaced file is called while it may be needed again.
+const KEPT: &str = "kept";
+
+/// A second name for the file, if there is one and the system has such, in a folder of its own.
+fn keep_aside(path: &Path) -> Option<tempfile::TempDir> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".silmap-").suffix(".part");
+    let folder = builder.tempdir_in(folder_of(path)).ok()?;
+    fs::hard_link(path, folder.path().join(KEPT)).ok()?;
+    Some(folder)
+}
+
+/// The folder that a file is in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
 /// A folder that files will be written into at the end of long work, checked before it.
 #[derive(Debug)]
 pub(crate) struct OutputFolder {
@@ -136,6 +259,17 @@ impl OutputFolder {
         })
     }
 
+    /// As [`OutputFolder::check`], with the folders around it made where they are missing.
+    ///
+    /// # Errors
+    /// As [`OutputFolder::check`].
+    pub(crate) fn check_with_parents(path: &Path) -> anyhow::Result<Self> {
+        let around = folder_of(path);
+        fs::create_dir_all(around)
+            .with_context(|| format!("{}: the folder cannot be made", around.display()))?;
+        Self::check(path)
+    }
+
     /// Puts files there, all of them or none: a new folder appears with all of them, and in one that was there each replaces its
     /// namesake after all have been written.
     ///
@@ -143,12 +277,12 @@ impl OutputFolder {
     /// When the disk is full or a folder has gone, or the user asked to stop.
     pub(crate) fn write(&self, files: &[(&str, &[u8])]) -> anyhow::Result<()> {
         interrupt::check()?;
-        let cannot = || format!("{}: it cannot be written", self.path.display());
+        let cannot = || cannot_write(&self.path);
         let is_there = self.path.is_dir();
-        let around = match self.path.parent() {
-            _ if is_there => &self.path,
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
+        let around = if is_there {
+            &self.path
+        } else {
+            folder_of(&self.path)
         };
         let mut builder = tempfile::Builder::new();
         builder.prefix(".silmap-").suffix(".part");
@@ -165,21 +299,12 @@ impl OutputFolder {
         if !is_there {
             return fs::rename(&folder, &self.path).with_context(cannot);
         }
-        for (name, _) in files {
-            fs::rename(folder.join(name), self.path.join(name)).with_context(cannot)?;
-        }
-        Ok(())
+        let pairs: Vec<(PathBuf, PathBuf)> = (files.iter())
+            .map(|(name, _)| (folder.join(name), self.path.join(name)))
+            .collect();
+        let pairs: Vec<(&Path, &Path)> = pairs.iter().map(|(a, b)| (&**a, &**b)).collect();
+        rename_all(&pairs)
     }
-}
-
-/// Makes a folder if it is not there and checks that files can be written into it.
-///
-/// # Errors
-/// One sentence when that fails.
-pub(crate) fn prepare_folder(folder: &Path) -> anyhow::Result<()> {
-    fs::create_dir_all(folder)
-        .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
-    OutputFile::check(&folder.join("report.html")).map(drop)
 }
 
 /// Prints one JSON object and a line end on standard output.
@@ -197,8 +322,12 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 /// # Errors
 /// As [`print_json`].
 pub(crate) fn print_bytes(bytes: &[u8]) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(bytes).and_then(|()| out.flush()) {
+    let bytes = bytes.to_vec();
+    let written = interrupt::unless_stopped(move || {
+        let mut out = io::stdout().lock();
+        out.write_all(&bytes).and_then(|()| out.flush())
+    })?;
+    match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         other => other.context("standard output cannot be written to"),
     }
@@ -230,18 +359,32 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_leaves_what_was_there() {
+    fn several_files_appear_together_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        fs::write(&path, "old").unwrap();
-        let file = OutputFile::check(&path).unwrap();
-        let failed = file.write_with(|out| {
-            out.write_all(b"new, but not")?;
-            Err(std::io::Error::other("the disk is full"))
-        });
-        assert!(failed.is_err());
-        assert_eq!(fs::read(&path).unwrap(), b"old");
+        let [old, new, last] = ["old", "new", "last"].map(|name| folder.path().join(name));
+        fs::write(&old, "what was there").unwrap();
+        let files = [&old, &new, &last].map(|path| OutputFile::check(path).unwrap());
+        let staged = || {
+            let mut staging = Staging::default();
+            for file in &files {
+                staging.add(file, b"whole").unwrap();
+            }
+            staging
+        };
+        let dropped = staged();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
+        drop(dropped);
+        // The last cannot be renamed: a folder came in its way.
+        let staging = staged();
+        fs::create_dir_all(last.join("full")).unwrap();
+        assert!(staging.publish().is_err());
+        assert_eq!(fs::read(&old).unwrap(), b"what was there");
+        assert!(!new.exists());
+        fs::remove_dir_all(&last).unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        staged().publish().unwrap();
+        assert_eq!(fs::read(&old).unwrap(), b"whole");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
     }
 
     #[test]

@@ -87,6 +87,20 @@ pub(crate) fn parse_point(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// A point as it is typed, numbers of very many digits with an exponent.
+pub(crate) fn point_text(point: DVec3) -> String {
+    /// Numbers from the first to the second are read at a glance without an exponent.
+    const PLAIN: std::ops::Range<f64> = 1e-5..1e9;
+    let text = |x: f64| {
+        if x == 0.0 || PLAIN.contains(&x.abs()) || !x.is_finite() {
+            x.to_string()
+        } else {
+            format!("{x:e}")
+        }
+    };
+    point.to_array().map(text).join(",")
+}
+
 /// Columns, an x, rows.
 pub(crate) fn parse_size(text: &str) -> Result<Size, String> {
     let parse = |part: &str| {
@@ -141,6 +155,14 @@ pub(crate) fn parse_positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a number above 0 is needed".to_owned())
 }
 
+/// An angle above zero and up to a right one, degrees.
+pub(crate) fn parse_angle(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|v: &f64| *v > 0.0 && *v <= 90.0)
+        .ok_or_else(|| "an angle above 0 and up to 90 degrees is needed".to_owned())
+}
+
 /// `#rrggbb`, the number sign optional, or `transparent`.
 pub(crate) fn parse_backdrop(text: &str) -> Result<Backdrop, String> {
     if text == "transparent" {
@@ -168,6 +190,21 @@ mod tests {
         assert!(parse_point("nan,0,0").is_ok_and(|p| p.x.is_nan()));
         for bad in ["", "1,2", "1,2,3,4", "a,b,c", "1;2;3"] {
             assert!(parse_point(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn points_are_shown_as_they_are_typed() {
+        for text in ["0,0.1,-3", "1e300,-2.5e-10,123456.5", "NaN,inf,0"] {
+            assert_eq!(point_text(parse_point(text).unwrap()), text);
+        }
+    }
+
+    #[test]
+    fn angles() {
+        assert_eq!(parse_angle("12.5"), Ok(12.5));
+        for bad in ["0", "-1", "91", "nan", "inf", "1e300", ""] {
+            assert!(parse_angle(bad).is_err(), "{bad}");
         }
     }
 

@@ -1,7 +1,5 @@
 //! Poses are found again from outlines that the model itself made.
 
-use glam::DVec2;
-
 use super::refine_pose as refine_pose_watched;
 use super::*;
 use crate::test_meshes::torus;
@@ -143,11 +141,18 @@ fn the_right_pose_stays_and_another_models_outline_does_not_fit() {
     let pose = refine_pose(&mesh, &outline, &truth, &params).unwrap();
     let (angle, shift) = errors(&pose.camera, &truth, &mesh);
     assert!(angle < 1e-3 && shift < 1e-3, "{angle} {shift}");
-    assert!(pose.distance_px < 0.1, "{}", pose.distance_px);
+    assert!(pose.distance_px < 0.1 && pose.fits(), "{pose:?}");
     let other = ClosedMesh::try_from(torus(24, 12)).unwrap();
     let strange = outline_of(&other, &camera(&other, DVec3::new(0.6, 0.9, 1.0)));
     let pose = refine_pose(&mesh, &strange, &truth, &params).unwrap();
     assert!(pose.distance_px > 1.0, "{}", pose.distance_px);
+    assert!(!pose.fits(), "{pose:?}");
+    let lenient = AlignParams {
+        fits_within_px: Some(100.0),
+        ..params
+    };
+    let pose = refine_pose(&mesh, &strange, &truth, &lenient).unwrap();
+    assert!(pose.fits() && pose.fits_within_px == 100.0);
 }
 
 #[test]

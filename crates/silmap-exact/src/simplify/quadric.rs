@@ -40,6 +40,20 @@ impl Quadric {
         }
     }
 
+    /// The squared distance to the plane that holds an edge of a face and stands at right angles on it, times the area of a square on
+    /// the edge. Zero where the face has no normal.
+    pub(super) fn of_edge([a, b]: [DVec3; 2], face_cross: DVec3) -> Self {
+        let away = (b - a).cross(face_cross).normalize_or_zero();
+        let offset = -away.dot(a);
+        let area = a.distance_squared(b);
+        let outer = DMat3::from_cols(away * away.x, away * away.y, away * away.z);
+        Self {
+            a: DMat3Zero(outer * area),
+            b: away * (offset * area),
+            c: offset * offset * area,
+        }
+    }
+
     pub(super) fn add(&mut self, other: &Self, weight: f64) {
         self.a.0 += other.a.0 * weight;
         self.b += other.b * weight;

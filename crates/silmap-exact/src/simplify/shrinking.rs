@@ -51,6 +51,27 @@ impl Shrinking {
         self.versions[v as usize]
     }
 
+    /// The faces at a vertex.
+    pub(super) fn faces_at(&self, v: u32) -> &[u32] {
+        &self.faces_at[v as usize]
+    }
+
+    /// The vertices of a face.
+    pub(super) fn face(&self, f: u32) -> [u32; 3] {
+        self.faces[f as usize]
+    }
+
+    /// Which corner of a face a vertex of it is.
+    pub(super) fn corner(&self, f: u32, v: u32) -> usize {
+        let face = self.faces[f as usize];
+        (0..3).find(|&k| face[k] == v).unwrap_or(0)
+    }
+
+    /// The middle of an edge.
+    pub(super) fn middle(&self, [a, b]: [u32; 2]) -> DVec3 {
+        self.position(a).midpoint(self.position(b))
+    }
+
     /// The vertices that share an edge with `v`, ascending.
     pub(super) fn neighbours(&self, v: u32) -> Vec<u32> {
         let faces = self.faces_at[v as usize].iter();
@@ -128,10 +149,13 @@ impl Shrinking {
         self.versions[removed as usize] += 1;
     }
 
-    /// The vertices, those of no face too, and the faces that are left.
-    pub(super) fn into_parts(self) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-        let faces = self.faces.into_iter().zip(self.is_gone);
-        let left = faces.filter_map(|(face, is_gone)| (!is_gone).then_some(face));
-        (self.positions, left.collect())
+    /// The vertices, those of no face too, the faces that are left, and which of the first faces these were.
+    pub(super) fn into_parts(self) -> (Vec<DVec3>, Vec<[u32; 3]>, Vec<u32>) {
+        let left: Vec<u32> = (0..)
+            .zip(&self.is_gone)
+            .filter_map(|(f, &is_gone)| (!is_gone).then_some(f))
+            .collect();
+        let faces = left.iter().map(|&f| self.faces[f as usize]).collect();
+        (self.positions, faces, left)
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use silmap_geometry::polygon::{Loop, fill_non_zero};
-use silmap_geometry::{Camera, Mask};
+use silmap_geometry::{Camera, Mask, Material};
 
 use super::simplify as simplify_watched;
 use super::*;
@@ -14,7 +14,7 @@ fn simplify(
     eyes: &[DVec3],
     params: &SimplifyParams,
 ) -> Result<TriangleMesh, SimplifyError> {
-    simplify_watched(mesh, eyes, params, &mut |_| true)
+    simplify_watched(mesh, eyes, params, &mut |_| true).map(|simplified| simplified.mesh)
 }
 
 /// A fine torus with waves all over it.
@@ -174,4 +174,127 @@ fn it_tells_how_far_it_is_and_stops_when_told() {
         assert_eq!(stopped, Err(SimplifyError::Interrupted));
         assert_eq!(calls, stop_at + 1);
     }
+}
+
+/// A torus with the texture coordinates of its two angles: seams where each begins again; and colours by place.
+fn painted(n_around: u32, n_across: u32) -> ClosedMesh {
+    let mut mesh = torus(n_around, n_across);
+    let colour = |p: DVec3| [p.x, p.y, p.z].map(|x| (0.5 + 0.2 * x) as f32);
+    let angles = |p: DVec3| {
+        let around = p.z.atan2(p.x).rem_euclid(std::f64::consts::TAU);
+        // The circle in the middle of the tube, whatever its radius.
+        let middle = mesh
+            .positions
+            .iter()
+            .map(|q| q.x.hypot(q.z))
+            .fold(0.0, f64::max)
+            + (mesh.positions.iter())
+                .map(|q| q.x.hypot(q.z))
+                .fold(f64::INFINITY, f64::min);
+        let across =
+            p.y.atan2(p.x.hypot(p.z) - 0.5 * middle)
+                .rem_euclid(std::f64::consts::TAU);
+        [around, across].map(|a| a / std::f64::consts::TAU)
+    };
+    let mut uvs = Vec::new();
+    for face in &mesh.faces {
+        let middle: DVec3 = face
+            .iter()
+            .map(|&v| mesh.positions[v as usize])
+            .sum::<DVec3>()
+            / 3.0;
+        let near = angles(middle);
+        uvs.push(face.map(|v| {
+            let of_corner = angles(mesh.positions[v as usize]);
+            [0, 1].map(|k| {
+                // On the side of the seam where the face is.
+                let turns = (near[k] - of_corner[k]).round();
+                (of_corner[k] + turns) as f32
+            })
+        }));
+    }
+    mesh.appearance.corner_uvs = uvs;
+    mesh.appearance.corner_colours = (mesh.faces.iter())
+        .map(|face| face.map(|v| colour(mesh.positions[v as usize])))
+        .collect();
+    mesh.appearance.face_materials = vec![0; mesh.faces.len()];
+    mesh.appearance.materials = vec![Material {
+        base_colour: [1.0; 3],
+        texture: None,
+    }];
+    ClosedMesh::try_from(mesh).unwrap()
+}
+
+#[test]
+fn colours_and_texture_coordinates_stay_with_the_surface() {
+    let mesh = painted(64, 32);
+    let simplified = simplify_watched(
+        &mesh,
+        &[DVec3::new(1.0, 4.0, 2.0)],
+        &params(500),
+        &mut |_| true,
+    )
+    .unwrap();
+    assert_eq!(simplified.stretched, 0);
+    let simple = simplified.mesh;
+    assert!(simple.faces.len() <= 500);
+    let paint = &simple.appearance;
+    assert_eq!(paint.corner_uvs.len(), simple.faces.len());
+    assert_eq!(paint.face_materials.len(), simple.faces.len());
+    let mut widest = 0.0_f32;
+    for (f, face) in simple.faces.iter().enumerate() {
+        for (k, &v) in face.iter().enumerate() {
+            let p = simple.positions[v as usize];
+            let found = paint.corner_colours[f][k];
+            for (c, x) in [p.x, p.y, p.z].into_iter().enumerate() {
+                let wanted = (0.5 + 0.2 * x) as f32;
+                assert!((found[c] - wanted).abs() < 0.02, "{found:?} at {p}");
+            }
+            let around = (p.z.atan2(p.x) / std::f64::consts::TAU).rem_euclid(1.0) as f32;
+            let off = paint.corner_uvs[f][k][0] - around;
+            // To a whole turn at the seam.
+            assert!((off - off.round()).abs() < 0.02, "{off} at {p}");
+        }
+        // No face reaches across a seam: its coordinates are as close together as its corners.
+        for axis in 0..2 {
+            let values = paint.corner_uvs[f].map(|uv| uv[axis]);
+            let low = values.into_iter().fold(f32::INFINITY, f32::min);
+            let high = values.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            widest = widest.max(high - low);
+            assert!(
+                (-0.001..=1.001).contains(&low) && high <= 1.001,
+                "{values:?}"
+            );
+        }
+    }
+    assert!(widest < 0.45, "{widest}");
+    let plain = {
+        let mut bare = mesh.mesh().clone();
+        bare.appearance = Appearance::default();
+        ClosedMesh::try_from(bare).unwrap()
+    };
+    let bare = simplify(&plain, &[], &params(500)).unwrap();
+    assert_eq!(bare.appearance, Appearance::default());
+}
+
+#[test]
+fn seams_everywhere_are_torn_rather_than_the_goal_missed() {
+    // Each face a colour of its own: no vertex has one look.
+    let mut mesh = torus(40, 20);
+    mesh.appearance.corner_colours = (0..mesh.faces.len())
+        .map(|f| [[(f % 17) as f32 / 17.0, (f % 5) as f32 / 5.0, 0.5]; 3])
+        .collect();
+    let mesh = ClosedMesh::try_from(mesh).unwrap();
+    let simplified = simplify_watched(&mesh, &[], &params(300), &mut |_| true).unwrap();
+    assert!(simplified.mesh.faces.len() <= 300);
+    assert!(simplified.stretched > 0);
+    // Of one colour each, still.
+    let is_plain = |corners: &[[f32; 3]; 3]| corners[0] == corners[1] && corners[1] == corners[2];
+    let colours = &simplified.mesh.appearance.corner_colours;
+    let n_plain = colours.iter().filter(|c| is_plain(c)).count();
+    assert!(
+        n_plain * 10 > colours.len() * 9,
+        "{n_plain} of {}",
+        colours.len()
+    );
 }

@@ -107,7 +107,7 @@ pub enum HullError {
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
     /// A parameter makes no sense.
-    #[error("the hull's {name} is {value}: {wanted}")]
+    #[error("the hull's {name} is {}: {wanted}", silmap_geometry::camera::in_short(*.value))]
     BadParameter {
         /// Which one.
         name: &'static str,

@@ -51,7 +51,7 @@ pub(super) fn read_resource(uri: &str, folder: &Path) -> Result<Vec<u8>, String>
     if uri.starts_with("data:") {
         return decode_data_uri(uri).ok_or_else(|| "its data URI is not base64".to_owned());
     }
-    std::fs::read(folder.join(decode_percent(uri))).map_err(|e| e.to_string())
+    crate::input::read(&folder.join(decode_percent(uri))).map_err(|e| e.to_string())
 }
 
 fn decode_data_uri(uri: &str) -> Option<Vec<u8>> {

@@ -9,6 +9,7 @@ mod gltf_data;
 mod mtl;
 mod obj;
 mod off;
+mod painted;
 mod ply;
 mod ply_header;
 mod raw;
@@ -25,6 +26,7 @@ use silmap_geometry::defects::counted;
 use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, holes, repair};
 
 pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError};
+pub use self::painted::{PaintedFiles, encode_painted};
 use self::raw::RawMesh;
 use self::weld::{Welded, weld};
 pub use self::write::{check_output, encode, write};
@@ -101,7 +103,8 @@ fn at(path: &Path, fault: MeshFault) -> MeshIoError {
 }
 
 fn read_file(path: &Path) -> Result<RawMesh, MeshIoError> {
-    let bytes = std::fs::read(path).map_err(|source| at(path, MeshFault::Unreadable { source }))?;
+    let bytes =
+        crate::input::read(path).map_err(|source| at(path, MeshFault::Unreadable { source }))?;
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let folder = path.parent().unwrap_or(Path::new(""));
     read_bytes(&bytes, extension.as_deref().unwrap_or_default(), folder)
@@ -133,6 +136,16 @@ fn read_bytes(bytes: &[u8], extension: &str, folder: &Path) -> Result<RawMesh, M
             known: KNOWN_INPUTS,
         }),
     }
+}
+
+/// Whether a file is, by its name or its first bytes, a mesh in a format that no asset is in.
+#[must_use]
+pub fn is_plain_mesh(path: &Path, bytes: &[u8]) -> bool {
+    const NAMES: [&str; 5] = ["obj", "ply", "stl", "off", "gltf"];
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let is_named = (extension.as_deref()).is_some_and(|e| NAMES.contains(&e));
+    let sniffed = sniff(bytes);
+    sniffed != Some(Format::Glb) && (is_named || sniffed.is_some())
 }
 
 /// The format by the first bytes, for files whose name does not tell it.

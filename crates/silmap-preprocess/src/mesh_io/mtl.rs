@@ -34,7 +34,7 @@ impl<'a> MaterialLibrary<'a> {
     pub(super) fn open(&mut self, name: &str, raw: &mut RawMesh) {
         self.has_library = true;
         let path = self.folder.join(portable(name));
-        let text = match std::fs::read(&path) {
+        let text = match crate::input::read(&path) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
             Err(error) => {
                 raw.ignore(format!("material library `{name}` cannot be read: {error}"));
@@ -80,7 +80,7 @@ impl<'a> MaterialLibrary<'a> {
         if let Some((_, image)) = self.images.iter().find(|(known, _)| known == path) {
             return image.clone();
         }
-        let image = match std::fs::read(path) {
+        let image = match crate::input::read(path) {
             Ok(bytes) => decode_image(&bytes),
             Err(error) => Err(error.to_string()),
         };

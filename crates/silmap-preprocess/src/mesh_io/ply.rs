@@ -242,7 +242,7 @@ impl Builder {
             return Err(MeshFault::TooLarge);
         }
         let material = header.texture.as_deref().and_then(|name| {
-            let read = std::fs::read(folder.join(name)).map_err(|e| e.to_string());
+            let read = crate::input::read(&folder.join(name)).map_err(|e| e.to_string());
             match read.and_then(|bytes| decode_image(&bytes)) {
                 Ok(image) => Some(image),
                 Err(reason) => {

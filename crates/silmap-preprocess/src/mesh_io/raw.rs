@@ -104,7 +104,8 @@ impl RawMesh {
         self.mesh.appearance.corner_colours = self.face_of.iter().map(colours_of).collect();
     }
 
-    /// Completes the looks of faces that have none while others do, and drops looks that cannot be seen.
+    /// Completes the looks of faces that have none while others do. Texture coordinates stay where there is no texture: it may be put on
+    /// by hand.
     pub(super) fn finish(mut self) -> Self {
         let face_count = self.mesh.faces.len();
         let look = &mut self.mesh.appearance;
@@ -130,9 +131,6 @@ impl RawMesh {
             }
         } else {
             look.materials.clear();
-        }
-        if look.materials.iter().all(|m| m.texture.is_none()) {
-            look.corner_uvs.clear();
         }
         if !look.corner_uvs.is_empty() {
             look.corner_uvs.resize(face_count, [[0.0; 2]; 3]);

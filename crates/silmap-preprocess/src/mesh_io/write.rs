@@ -103,7 +103,7 @@ pub(super) fn vertex_colours(mesh: &TriangleMesh) -> Option<Vec<[f32; 3]>> {
 }
 
 /// A linear colour as sRGB bytes.
-fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
+pub(super) fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
     colour.map(|c| (srgb_from_linear(c) * 255.0).round() as u8)
 }
 

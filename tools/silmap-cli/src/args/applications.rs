@@ -6,7 +6,7 @@ use clap::Args;
 use glam::DVec3;
 
 use super::{MendingArgs, OutputArgs, PoolArgs};
-use crate::values::parse_point;
+use crate::values::{parse_angle, parse_point, parse_positive};
 
 /// Simplifies a model but keeps its silhouettes
 ///
@@ -34,7 +34,7 @@ pub(crate) struct SimplifyArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) eyes: Option<PathBuf>,
     /// Faces seen within this angle of edge-on are near a silhouette, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 12.0)]
+    #[arg(long, value_name = "DEGREES", default_value = "12", value_parser = parse_angle)]
     pub(crate) band: f64,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
@@ -47,7 +47,12 @@ pub(crate) struct SimplifyArgs {
 /// Finds the camera from which a model fits an outline in an image
 ///
 /// The pose to start from is a JSON file with a camera as `silmap contour` prints it: eye, target, up and fov_y_degrees; without
-/// the last the model's bounding sphere just fits. Eye and orientation are refined, the field of view is kept.
+/// the last the model's bounding sphere just fits. Eye and orientation are refined, the field of view is kept. Where no pose fits, the
+/// command says how far apart the outlines stay, writes no file and exits 1.
+///
+/// In the mask, inside is: what is more than half opaque, where the picture has an alpha channel that is not the same everywhere (a
+/// cut-out); the brighter of two brightnesses, whichever they are (0 and 1, 0 and 255); else what is brighter than half of white. A
+/// bright background around a dark model is noticed and taken the other way round, with a warning.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -55,12 +60,15 @@ Example:
 pub(crate) struct AlignArgs {
     /// The mesh
     pub(crate) model: PathBuf,
-    /// A picture of the outline, bright inside
+    /// A picture of the outline: a mask that is bright inside, or a cut-out; PNG, JPEG or WebP
     #[arg(long, value_name = "IMG")]
     pub(crate) mask: PathBuf,
     /// The camera to start from
     #[arg(long, value_name = "POSE")]
     pub(crate) start: PathBuf,
+    /// How far apart the outlines may be on average, pixels [default: 1 % of the outline's extent in the mask, and at least 2]
+    #[arg(long, value_name = "PX", value_parser = parse_positive)]
+    pub(crate) within: Option<f64>,
     /// Write the refined pose here: it can be started from again
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,

@@ -71,7 +71,6 @@ Examples:
   silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png")]
 pub(crate) struct RenderArgs {
     /// The asset; original and edges-* do without
-    #[arg(required_unless_present = "model")]
     pub(crate) asset: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,

@@ -6,25 +6,28 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use silmap_exact::{AlignParams, Pose, angle_between, refine_pose};
+use silmap_exact::{AlignParams, angle_between, refine_pose};
+use silmap_geometry::Camera;
+use silmap_geometry::camera::in_short;
 use silmap_geometry::mesh::Bounds;
-use silmap_geometry::{Camera, Mask};
+use silmap_preprocess::mask_image::{self, MaskImage};
 use silmap_preprocess::trace::trace_contours;
 
 use crate::args::AlignArgs;
 use crate::camera::CameraJson;
-use crate::files::load_model;
+use crate::files::{load_model, read_text};
+use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::progress::Progress;
-
-/// Pixels brighter than this are inside.
-const INSIDE_LUMA: u8 = 127;
 
 #[derive(Serialize)]
 struct AlignJson {
     camera: CameraJson,
+    /// Whether the outlines fit: `distance_px` is at most `fits_within_px`.
+    converged: bool,
     /// Mean distance between the outlines, pixels.
     distance_px: f64,
+    fits_within_px: f64,
     rounds: u32,
     /// How far the pose is from that at the start: of the model as the camera sees it.
     turned_degrees: f64,
@@ -51,24 +54,32 @@ struct PoseJson {
 
 pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     let file = args.out.as_deref().map(OutputFile::check).transpose()?;
-    let mask = read_mask(&args.mask)?;
+    if let Some(file) = &file {
+        file.refuse_to_replace(&args.model);
+        file.refuse_to_replace(&args.mask);
+    }
+    let mask_path = args.mask.clone();
+    let MaskImage { mask, notes } =
+        interrupt::unless_stopped(move || mask_image::read(&mask_path))??;
+    for note in &notes {
+        output::warn(&format!("{}: {note}", args.mask.display()));
+    }
     let outline = trace_contours(&mask);
     let model = load_model(&args.model, args.mending)?.mesh;
     let bounds = model.bounds();
     let start = read_pose(&args.start, (mask.width(), mask.height()), bounds)?;
     let since = Instant::now();
-    let params = AlignParams::default();
+    let params = AlignParams {
+        fits_within_px: args.within,
+        ..AlignParams::default()
+    };
     let pose = Progress::new()
         .count("fitting outlines", |watch| {
             refine_pose(&model, &outline, &start, &params, watch)
         })
         .with_context(|| args.mask.display().to_string())?;
     let seconds = since.elapsed().as_secs_f64();
-    let Pose {
-        camera,
-        distance_px,
-        rounds,
-    } = pose;
+    let camera = pose.camera;
     let seen = |camera: &Camera| {
         let offset = bounds.center - camera.eye;
         DVec3::new(
@@ -79,19 +90,33 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     };
     let result = AlignJson {
         camera: CameraJson::new(&camera, camera.eye.distance(bounds.center)),
-        distance_px,
-        rounds,
+        converged: pose.fits(),
+        distance_px: pose.distance_px,
+        fits_within_px: pose.fits_within_px,
+        rounds: pose.rounds,
         turned_degrees: angle_between(&camera, &start).to_degrees(),
         moved: seen(&camera).distance(seen(&start)),
         seconds,
     };
-    if let Some(file) = &file {
+    if let Some(file) = file.as_ref().filter(|_| result.converged) {
         let mut text = serde_json::to_vec_pretty(&result)?;
         text.push(b'\n');
         file.write(&text)?;
     }
-    if args.output.json || file.is_none() {
-        return output::print_json(&result);
+    let is_printed = args.output.json || file.is_none();
+    if is_printed {
+        output::print_json(&result)?;
+    }
+    if !result.converged {
+        bail!(
+            "{}: no pose was found that fits: the outlines stay {} pixels apart on average, and at most {} would do (--within); start from a closer pose",
+            args.mask.display(),
+            in_short(result.distance_px),
+            in_short(result.fits_within_px)
+        );
+    }
+    if is_printed {
+        return Ok(());
     }
     output::say(&format!(
         "outlines {:.2} pixels apart after {} rounds: turned by {:.2}°, moved by {:.4} of the radius",
@@ -103,29 +128,17 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn read_mask(path: &Path) -> anyhow::Result<Mask> {
-    let shown = || path.display().to_string();
-    let bytes = std::fs::read(path).with_context(shown)?;
-    let image = image::load_from_memory(&bytes)
-        .with_context(shown)?
-        .into_luma8();
-    let mut mask = Mask::new(image.width(), image.height());
-    for (x, y, luma) in image.enumerate_pixels() {
-        if luma.0[0] > INSIDE_LUMA {
-            mask.set(x, y, true);
-        }
-    }
-    Ok(mask)
-}
-
 fn read_pose(path: &Path, size: (u32, u32), bounds: &Bounds) -> anyhow::Result<Camera> {
     let shown = || path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(shown)?;
-    let Ok(file) = serde_json::from_str::<PoseFile>(&text) else {
-        bail!(
-            "{}: this is no camera: a JSON object with eye, and where wanted target, up and fov_y_degrees, is needed",
+    let text = read_text(path)?;
+    let file: PoseFile = match serde_json::from_str(&text) {
+        Ok(file) => file,
+        // Where the text is no JSON at all, the place is worth more than what is wanted.
+        Err(error) if !error.is_data() => bail!("{}: it is no JSON: {error}", path.display()),
+        Err(_) => bail!(
+            "{}: this is no camera: a JSON object with eye, and where wanted target, up and fov_y_degrees, is needed, in finite numbers",
             path.display()
-        );
+        ),
     };
     let (PoseFile::Whole { camera: pose } | PoseFile::Bare(pose)) = file;
     let eye = DVec3::from(pose.eye);

@@ -65,7 +65,8 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         .count("simplifying", |watch| {
             simplify(&model.mesh, &[], &params, watch)
         })
-        .with_context(named)?;
+        .with_context(named)?
+        .mesh;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
     let bench = Bench {
         full: &full,

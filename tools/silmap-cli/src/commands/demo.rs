@@ -25,7 +25,7 @@ use crate::commands::generate::generate;
 use crate::commands::open_gpu;
 use crate::interrupt;
 use crate::measure::{MeasureParams, measure};
-use crate::output::{self, OutputFile};
+use crate::output::{self, OutputFolder};
 use crate::pictures::{beside, encode_png, stacked};
 use crate::progress::Progress;
 
@@ -83,27 +83,27 @@ type Row = (&'static str, Vec<ColourImage>);
 
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let started = Instant::now();
-    output::prepare_folder(&args.out)?;
+    let folder = OutputFolder::check_with_parents(&args.out)?;
     let gpu = open_gpu()?;
-    let in_folder = |name: &str| args.out.join(name);
+    // All of them appear together at the end.
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    let mut write = |name: &str, bytes: Vec<u8>| files.push((name.to_owned(), bytes));
 
     let model = make_model().context("the demo's model")?;
-    write_mesh(&in_folder("organic.ply"), model.mesh.mesh())?;
+    let mesh = mesh_io::encode(Path::new("organic.ply"), model.mesh.mesh())?;
+    write("organic.ply", mesh);
     let (asset, report) = build_watched(&model, &demo_params()).context("the demo's model")?;
     let bytes = asset::write(&asset)?;
-    write(&in_folder("organic.glb"), &bytes)?;
+    write("organic.glb", bytes.clone());
 
     let rows = draw(&gpu, &asset, model.mesh.mesh())?;
     for (caption, pictures) in &rows {
         for ((mode, _), picture) in PICTURE_MODES.iter().zip(pictures) {
             let name = format!("{} {mode}.png", caption.replace(',', "")).replace(' ', "-");
-            write(&in_folder(&name), &encode_png(picture)?)?;
+            write(&name, encode_png(picture)?);
         }
     }
-    write(
-        &in_folder("comparison.png"),
-        &encode_png(&comparison(&rows))?,
-    )?;
+    write("comparison.png", encode_png(&comparison(&rows))?);
 
     let mut page = Progress::new().watch(|monitor| {
         let how = (&MEASURED, Some(&gpu));
@@ -115,9 +115,10 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     page.notes
         .push(format!("Pictures drawn by {}.", gpu.adapter_name()));
     let numbers = silmap_report::json(&page);
-    write(&in_folder("report.json"), numbers.as_bytes())?;
-    let html = silmap_report::html(&page);
-    write(&in_folder("report.html"), html.as_bytes())?;
+    write("report.json", numbers.into_bytes());
+    write("report.html", silmap_report::html(&page).into_bytes());
+    let files: Vec<(&str, &[u8])> = files.iter().map(|(n, b)| (n.as_str(), &b[..])).collect();
+    folder.write(&files)?;
     tell(args, bytes.len(), started.elapsed().as_secs_f64())
 }
 
@@ -229,14 +230,6 @@ fn picture_rows(rows: &[Row]) -> Vec<PictureRow> {
                 .collect(),
         })
         .collect()
-}
-
-fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    OutputFile::check(path)?.write(bytes)
-}
-
-fn write_mesh(path: &Path, mesh: &TriangleMesh) -> anyhow::Result<()> {
-    OutputFile::check(path)?.write(&mesh_io::encode(path, mesh)?)
 }
 
 fn tell(args: &DemoArgs, bytes: usize, seconds: f64) -> anyhow::Result<()> {

@@ -1,9 +1,9 @@
 //! `silmap edges`: exact silhouette edges of the full mesh.
 
 use std::fmt::Write;
+use std::io;
 use std::path::Path;
 use std::time::Instant;
-use std::{fs, io};
 
 use anyhow::{Context, ensure};
 use clap::error::ErrorKind;
@@ -14,12 +14,14 @@ use silmap_exact::{
     walk_around,
 };
 use silmap_geometry::{Camera, Loop, TriangleMesh};
+use silmap_preprocess::input;
 
 use crate::args::{EdgesArgs, ExtractionArg, usage_error};
 use crate::camera::CameraJson;
 use crate::files::load_model;
 use crate::interrupt;
-use crate::output::{self, OutputFile};
+use crate::output::{self, OutputFile, Staging};
+use crate::values::point_text;
 
 /// Side of the drawing in pixels.
 const DRAWING_PX: u32 = 1024;
@@ -89,6 +91,15 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let file = args.svg.as_deref().map(OutputFile::check).transpose()?;
     let outline_file = args.outline.as_deref().map(OutputFile::check).transpose()?;
     let saved = args.forest.as_deref().map(SavedForest::look).transpose()?;
+    let missing = match &saved {
+        Some(SavedForest::Missing(forest)) => Some(forest),
+        _ => None,
+    };
+    output::refuse_same_file([&file, &outline_file].into_iter().flatten().chain(missing));
+    for written in [&file, &outline_file].into_iter().flatten() {
+        written.refuse_to_replace(&args.model);
+    }
+    let mut staging = Staging::default();
     let model = load_model(&args.model, args.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
@@ -103,7 +114,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let (mut extractor, forest) = match saved {
         None => (Extractor::new(&mesh, method), None),
         Some(saved) => {
-            let (forest, told) = saved.forest_of(&mesh)?;
+            let (forest, told) = saved.forest_of(&mesh, &mut staging)?;
             (Extractor::with_forest(&mesh, &forest), Some(told))
         }
     };
@@ -113,7 +124,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     edges.sort_unstable();
 
     if let (Some(file), Some(camera)) = (&file, &drawing) {
-        file.write(svg(model.mesh.mesh(), camera, &edges)?.as_bytes())?;
+        staging.add(file, svg(model.mesh.mesh(), camera, &edges)?.as_bytes())?;
     }
     let mut outline_seconds_median = None;
     if let (Some(file), Some(camera)) = (&outline_file, &drawing) {
@@ -126,8 +137,9 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
             loops: loops.iter().map(points).collect(),
             seconds,
         })?;
-        file.write(&json)?;
+        staging.add(file, &json)?;
     }
+    staging.publish()?;
     let result = EdgesJson {
         method: method.name(),
         silhouette_edges: edges.len(),
@@ -171,7 +183,8 @@ enum SavedForest<'a> {
 impl<'a> SavedForest<'a> {
     /// Reads the file, or makes sure that it can be written.
     fn look(path: &'a Path) -> anyhow::Result<Self> {
-        match fs::read(path) {
+        let owned = path.to_owned();
+        match interrupt::unless_stopped(move || input::read(&owned))? {
             Ok(bytes) => Ok(Self::Present(path, bytes)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 OutputFile::check(path).map(Self::Missing)
@@ -180,7 +193,11 @@ impl<'a> SavedForest<'a> {
         }
     }
 
-    fn forest_of(self, mesh: &EdgeMesh) -> anyhow::Result<(ConeForest, ForestJson)> {
+    fn forest_of(
+        self,
+        mesh: &EdgeMesh,
+        staging: &mut Staging,
+    ) -> anyhow::Result<(ConeForest, ForestJson)> {
         let since = Instant::now();
         let seconds = || since.elapsed().as_secs_f64();
         match self {
@@ -198,7 +215,7 @@ impl<'a> SavedForest<'a> {
                 let forest = ConeForest::new(mesh);
                 let seconds = seconds();
                 let bytes = forest.to_bytes(mesh);
-                file.write(&bytes)?;
+                staging.add(&file, &bytes)?;
                 let told = ForestJson {
                     was_read: false,
                     seconds,
@@ -219,10 +236,10 @@ fn viewpoint_from_args(args: &EdgesArgs) -> anyhow::Result<Viewpoint> {
             "a viewpoint is needed: --eye X,Y,Z or --direction X,Y,Z",
         ),
     };
-    let DVec3 { x, y, z } = point;
     ensure!(
         point.is_finite(),
-        "{option} {x},{y},{z}: a viewpoint has finite coordinates"
+        "{option} {}: a viewpoint has finite coordinates",
+        point_text(point)
     );
     if viewpoint == Viewpoint::Direction(DVec3::ZERO) {
         usage_error(
@@ -283,9 +300,8 @@ fn camera_of(viewpoint: &Viewpoint, center: DVec3, radius: f64) -> anyhow::Resul
             center + towards.normalize_or_zero() * (radius * PARALLEL_DISTANCE_REL)
         }
     };
-    let DVec3 { x, y, z } = eye;
     Camera::fit_sphere(eye, center, radius, None, (DRAWING_PX, DRAWING_PX))
-        .with_context(|| format!("--eye {x},{y},{z}"))
+        .with_context(|| format!("--eye {}", point_text(eye)))
 }
 
 /// The outline as polygons in the image, and the median of the seconds that they take.

@@ -14,7 +14,7 @@ use silmap_preprocess::mesh_io;
 
 use crate::args::HullArgs;
 use crate::files::load_model;
-use crate::output::{self, OutputFile};
+use crate::output::{self, OutputFile, Staging};
 use crate::pictures::encode_png;
 use crate::progress::Progress;
 use crate::strip;
@@ -46,6 +46,9 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let file = OutputFile::check(&args.out)?;
     let of_option = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::check).transpose();
     let (sequence_file, strip_file) = (of_option(&args.sequence)?, of_option(&args.strip)?);
+    let written = [Some(&file), sequence_file.as_ref(), strip_file.as_ref()];
+    output::refuse_same_file(written.into_iter().flatten());
+    (written.into_iter().flatten()).for_each(|file| file.refuse_to_replace(&args.model));
     let named = || args.model.display().to_string();
     let progress = Progress::new();
     let Given {
@@ -68,13 +71,15 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         };
         hull::verify(enclosed, enclosing, &VerifyParams::default())
     });
-    file.write(&mesh_io::encode(&args.out, &hull)?)?;
-    if let Some(file) = sequence_file {
-        file.write(&sequence.to_bytes())?;
+    let mut staging = Staging::default();
+    staging.add(&file, &mesh_io::encode(&args.out, &hull)?)?;
+    if let Some(file) = &sequence_file {
+        staging.add(file, &sequence.to_bytes())?;
     }
-    if let Some(file) = strip_file {
-        file.write(&encode_png(&strip_of(&sequence, &hull)?)?)?;
+    if let Some(file) = &strip_file {
+        staging.add(file, &encode_png(&strip_of(&sequence, &hull)?)?)?;
     }
+    staging.publish()?;
     let (volume, original_volume) = (hull.volume(), model.volume());
     let result = HullJson {
         faces: hull.faces.len(),

@@ -19,6 +19,7 @@ use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
 use crate::exact_shape::{ExactShape, FansJson};
 use crate::files::{load_model, load_model_of, read_asset};
+use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::pictures::encode_png;
 use crate::values::Backdrop;
@@ -72,6 +73,9 @@ fn check_usage(args: &RenderArgs) {
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_usage(args);
     let file = OutputFile::check(&args.out)?;
+    for input in [&args.asset, &args.model].into_iter().flatten() {
+        file.refuse_to_replace(input);
+    }
     let asset = args.asset.as_deref().map(read_asset).transpose()?;
     let asset = asset.map(|(asset, _)| asset);
     // Before the device, which is not needed to say what is wrong with it.
@@ -146,7 +150,8 @@ fn read_model(
     asset: Option<&Asset>,
 ) -> anyhow::Result<TriangleMesh> {
     if args.soup {
-        let (mesh, warnings) = mesh_io::read_triangles(path)?;
+        let owned = path.to_owned();
+        let (mesh, warnings) = interrupt::unless_stopped(move || mesh_io::read_triangles(&owned))??;
         for warning in &warnings {
             output::warn(&format!("{}: {warning}", path.display()));
         }

@@ -6,18 +6,18 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use serde::Serialize;
-use silmap_exact::{SimplifyParams, simplify};
+use silmap_exact::{Simplified, SimplifyParams, simplify};
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::evaluate::compare;
 use silmap_preprocess::mesh_io;
 
 use crate::args::SimplifyArgs;
-use crate::files::load_model;
+use crate::files::{load_model, read_text};
 use crate::interrupt;
-use crate::output::{self, OutputFile};
+use crate::output::{self, OutputFile, Staging};
 use crate::progress::Progress;
-use crate::values::parse_point;
+use crate::values::{parse_point, point_text};
 
 /// Silhouettes are compared in pictures of this side, pixels.
 const COMPARED_PX: u32 = 512;
@@ -35,6 +35,8 @@ struct SimplifyJson<'a> {
     unguided_error: ErrorJson,
     /// Of simplifying alone.
     seconds: f64,
+    /// What was left out, or came out otherwise than one would expect.
+    warnings: Vec<String>,
 }
 
 #[derive(Clone, Copy, Serialize)]
@@ -46,6 +48,7 @@ struct ErrorJson {
 pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
+    file.refuse_to_replace(&args.model);
     let mut eyes = args.eye.clone();
     if let Some(path) = &args.eyes {
         eyes.extend(read_eyes(path)?);
@@ -68,9 +71,21 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
             .with_context(named)
     };
     let since = Instant::now();
-    let simple = simplified("simplifying", &eyes[..])?;
+    let Simplified {
+        mesh: simple,
+        stretched,
+    } = simplified("simplifying", &eyes[..])?;
     let seconds = since.elapsed().as_secs_f64();
-    let plain = simplified("without guidance", &[])?;
+    let plain = simplified("without guidance", &[])?.mesh;
+    let files = mesh_io::encode_painted(&args.out, &simple)?;
+    let mut staging = Staging::default();
+    for (path, bytes) in &files.beside {
+        let beside = OutputFile::check(path)?;
+        beside.refuse_to_replace(&args.model);
+        staging.add(&beside, bytes)?;
+    }
+    staging.add(&file, &files.bytes)?;
+    let warnings = warnings_about(args, simple.faces.len(), stretched, &files.left_out);
     let error = |mesh| error_of(mesh, model.mesh(), &cameras).with_context(named);
     let result = SimplifyJson {
         out: &args.out,
@@ -81,8 +96,12 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         error: error(&simple)?,
         unguided_error: error(&plain)?,
         seconds,
+        warnings,
     };
-    file.write(&mesh_io::encode(&args.out, &simple)?)?;
+    staging.publish()?;
+    for warning in &result.warnings {
+        output::warn(&format!("{}: {warning}", args.out.display()));
+    }
     if args.output.json {
         return output::print_json(&result);
     }
@@ -98,10 +117,41 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// What the user should know about the mesh that was written.
+fn warnings_about(
+    args: &SimplifyArgs,
+    faces: usize,
+    stretched: u32,
+    left_out: &[&str],
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if faces > args.faces as usize {
+        warnings.push(format!(
+            "simplifying stopped at {faces} faces: no edge can be collapsed any more ({} asked for)",
+            args.faces
+        ));
+    }
+    if stretched > 0 {
+        warnings.push(format!(
+            "seams of the texture or of colours had to be moved {stretched} times to get so coarse: they are stretched there"
+        ));
+    }
+    if let [rest @ .., last] = left_out {
+        let list = match rest {
+            [] => (*last).to_owned(),
+            _ => format!("{} and {last}", rest.join(", ")),
+        };
+        warnings.push(format!(
+            "{list} left out: this kind of file has no place for them (.glb has)"
+        ));
+    }
+    warnings
+}
+
 /// The viewpoints of a text file: one a line; empty lines and those that begin with # say nothing.
 fn read_eyes(path: &Path) -> anyhow::Result<Vec<DVec3>> {
     let shown = path.display();
-    let text = std::fs::read_to_string(path).with_context(|| shown.to_string())?;
+    let text = read_text(path)?;
     let mut eyes = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.trim();
@@ -121,7 +171,7 @@ fn camera_at(eye: DVec3, model: &ClosedMesh) -> anyhow::Result<Camera> {
     let bounds = model.bounds();
     let size = (COMPARED_PX, COMPARED_PX);
     Camera::fit_sphere(eye, bounds.center, bounds.radius, None, size)
-        .with_context(|| format!("viewpoint {},{},{}", eye.x, eye.y, eye.z))
+        .with_context(|| format!("viewpoint {}", point_text(eye)))
 }
 
 fn error_of(
