@@ -66,7 +66,7 @@ const PORTABLE: &[&str] = &[
 const WEB_TARGET: &str = "wasm32-unknown-unknown";
 
 /// Outside crates that no portable crate may reach: files, triangulation for preprocessing, threads.
-const NATIVE_ONLY: &[&str] = &["tobj", "spade", "rayon"];
+const NATIVE_ONLY: &[&str] = &["spade", "rayon"];
 
 /// Checks the whole workspace under `root`; the summary says how many arrows were looked at.
 pub(crate) fn run(root: &Path) -> anyhow::Result<String> {

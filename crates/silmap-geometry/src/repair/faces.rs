@@ -1,7 +1,8 @@
 //! Removing faces that enclose nothing.
 
 use super::RepairError;
-use crate::defects::{MeshDefects, repeated_corner};
+use super::outward::is_wound_around;
+use crate::defects::{DisjointSets, MeshDefects, repeated_corner};
 use crate::mesh::TriangleMesh;
 use crate::topology::Topology;
 
@@ -39,36 +40,55 @@ pub(super) fn remove_repeated_corners(mesh: &mut TriangleMesh, face_of: &mut Vec
 }
 
 /// Of faces on the same three vertices, keeps one where the surface needs it, and none where it does not: two bodies that
-/// share a wall lose the wall, a face given twice stays once. Needed means that without any of them, more of their edges
-/// would be left with an odd number of faces than with an even one.
+/// share a wall lose the wall, a face given twice stays once. Faces that run around their vertices the same way are one
+/// face; for those that then face each other, needed means that without both of them, more of their edges would be left
+/// with an odd number of faces than with an even one. A closed surface of nothing but such pairs is a body given twice, once
+/// inside out, and stays once.
 pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>) -> usize {
     let topology = Topology::new(&mesh.faces, mesh.positions.len());
     let mut uses: Vec<usize> = (0..topology.edges().len())
         .map(|e| topology.edge_uses(e).len())
         .collect();
-    let mut by_corners: Vec<([u32; 3], u32)> = mesh
+    let mut by_corners: Vec<([u32; 3], bool, u32)> = mesh
         .faces
         .iter()
         .zip(0..)
         .map(|(face, f)| {
             let mut sorted = *face;
             sorted.sort_unstable();
-            (sorted, f)
+            (sorted, !is_cyclic(face, &sorted), f)
         })
         .collect();
     by_corners.sort_unstable();
     let mut keeps = vec![true; mesh.faces.len()];
-    for group in by_corners
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter(|g| g.len() > 1)
-    {
-        let edges = topology.face_edges(group[0].1 as usize);
+    let mut remove = |keeps: &mut Vec<bool>, face: u32| {
+        keeps[face as usize] = false;
+        for e in topology.face_edges(face as usize) {
+            uses[e as usize] -= 1;
+        }
+    };
+    for group in by_corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for &(.., copy) in &group[1..] {
+            remove(&mut keeps, copy);
+        }
+    }
+    by_corners.retain(|&(.., face)| keeps[face as usize]);
+    let is_paired = pairs_of_bodies(mesh, &topology, &by_corners);
+    for pair in by_corners.chunk_by(|a, b| a.0 == b.0) {
+        let &[(.., first), (.., second)] = pair else {
+            continue;
+        };
+        let edges = topology.face_edges(first as usize);
         let odd_without = edges
             .iter()
-            .filter(|&&e| (uses[e as usize] - group.len()) % 2 == 1)
+            .filter(|&&e| uses[e as usize] % 2 == 1)
             .count();
-        let kept = (odd_without >= 2).then(|| best_oriented(mesh, &topology, group));
-        for &(_, face) in group {
+        let kept = if is_paired[first as usize] {
+            Some(first)
+        } else {
+            (odd_without >= 2).then(|| best_oriented(mesh, &topology, [first, second]))
+        };
+        for face in [first, second] {
             if Some(face) != kept {
                 keeps[face as usize] = false;
                 for e in edges {
@@ -80,8 +100,66 @@ pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>)
     retain(mesh, face_of, &keeps)
 }
 
-/// The face of a group of copies that runs against most of its neighbours, as it should; the first on a tie.
-fn best_oriented(mesh: &TriangleMesh, topology: &Topology, group: &[([u32; 3], u32)]) -> u32 {
+/// Whether two faces on the same vertices run around them the same way.
+fn is_cyclic(face: &[u32; 3], other: &[u32; 3]) -> bool {
+    (0..3).any(|turn| (0..3).all(|k| face[(k + turn) % 3] == other[k]))
+}
+
+/// Per face, whether it belongs to a body given twice, once inside out: pairs of faces on the same vertices that hang
+/// together and leave no edge open. Where other faces enclose them, they are a wall between two bodies, one in the other.
+fn pairs_of_bodies(
+    mesh: &TriangleMesh,
+    topology: &Topology,
+    by_corners: &[([u32; 3], bool, u32)],
+) -> Vec<bool> {
+    let mut is_in_pair = vec![false; mesh.faces.len()];
+    for pair in by_corners.chunk_by(|a, b| a.0 == b.0) {
+        for &(.., face) in pair {
+            is_in_pair[face as usize] = pair.len() == 2;
+        }
+    }
+    if !is_in_pair.contains(&true) {
+        return is_in_pair;
+    }
+    let paired_at = |edge: usize| {
+        topology
+            .edge_uses(edge)
+            .iter()
+            .map(|u| u.face)
+            .filter(|&f| is_in_pair[f as usize])
+    };
+    let mut bodies = DisjointSets::new(mesh.faces.len());
+    for edge in 0..topology.edges().len() {
+        if let Some(first) = paired_at(edge).next() {
+            paired_at(edge).for_each(|f| bodies.unite(first, f));
+        }
+    }
+    let mut is_body = is_in_pair.clone();
+    for edge in 0..topology.edges().len() {
+        // An edge of a body has two of its faces, or four where it touches itself, and each of them twice.
+        if let Some(first) = paired_at(edge).next() {
+            is_body[bodies.find(first) as usize] &= paired_at(edge).count() % 4 == 0;
+        }
+    }
+    let singles: Vec<u32> = by_corners
+        .iter()
+        .map(|&(.., face)| face)
+        .filter(|&f| !is_in_pair[f as usize])
+        .collect();
+    for face in 0..mesh.faces.len() {
+        let is_root = bodies.find(face as u32) == face as u32;
+        if is_root && is_body[face] && !singles.is_empty() {
+            let [a, b, c] = mesh.corners(face);
+            is_body[face] = !is_wound_around(mesh, &singles, (a + b + c) / 3.0);
+        }
+    }
+    (0..mesh.faces.len() as u32)
+        .map(|f| is_in_pair[f as usize] && is_body[bodies.find(f) as usize])
+        .collect()
+}
+
+/// Of two faces that face each other, the one that runs against most of its neighbours, as it should; the first on a tie.
+fn best_oriented(mesh: &TriangleMesh, topology: &Topology, pair: [u32; 2]) -> u32 {
     let agreement = |face: u32| -> i64 {
         let edges = topology.face_edges(face as usize);
         let own = |e: u32| {
@@ -97,7 +175,7 @@ fn best_oriented(mesh: &TriangleMesh, topology: &Topology, group: &[([u32; 3], u
                 topology
                     .edge_uses(e as usize)
                     .iter()
-                    .filter(|u| !group.iter().any(|&(_, g)| g == u.face))
+                    .filter(|u| !pair.contains(&u.face))
                     .map(move |u| {
                         if Some(u.is_forward) == own_direction {
                             -1
@@ -108,15 +186,13 @@ fn best_oriented(mesh: &TriangleMesh, topology: &Topology, group: &[([u32; 3], u
             })
             .sum()
     };
-    debug_assert!(group.iter().all(|&(_, f)| (f as usize) < mesh.faces.len()));
-    let mut best = (group[0].1, agreement(group[0].1));
-    for &(_, face) in &group[1..] {
-        let found = agreement(face);
-        if found > best.1 {
-            best = (face, found);
-        }
+    debug_assert!(pair.iter().all(|&f| (f as usize) < mesh.faces.len()));
+    let [first, second] = pair;
+    if agreement(second) > agreement(first) {
+        second
+    } else {
+        first
     }
-    best.0
 }
 
 /// Removes faces with a free edge that stand on an edge with an odd number of faces, and faces with nothing but free

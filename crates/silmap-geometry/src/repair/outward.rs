@@ -96,6 +96,15 @@ fn lies_inside_others(mesh: &TriangleMesh, parts: &[Part], this: usize) -> bool 
     winding > INSIDE_WINDING
 }
 
+/// Whether some faces wind around a point, as an outward surface does around its inside.
+pub(super) fn is_wound_around(mesh: &TriangleMesh, faces: &[u32], point: DVec3) -> bool {
+    let winding: f64 = faces
+        .iter()
+        .map(|&face| winding_of(mesh.corners(face as usize).map(|p| p - point)))
+        .sum();
+    winding.abs() > INSIDE_WINDING
+}
+
 /// How much of a full turn a triangle winds around the origin.
 fn winding_of([a, b, c]: [DVec3; 3]) -> f64 {
     let [la, lb, lc] = [a, b, c].map(DVec3::length);

@@ -412,3 +412,58 @@ proptest! {
         }
     }
 }
+
+/// Writes the faces of a mesh once more, each turned around its corners by its number.
+fn add_copy(mesh: &mut TriangleMesh, is_inside_out: bool) {
+    let faces = mesh.faces.clone();
+    for (f, [a, b, c]) in faces.into_iter().enumerate() {
+        let mut copy = if is_inside_out { [a, c, b] } else { [a, b, c] };
+        copy.rotate_left(f % 3);
+        mesh.faces.push(copy);
+    }
+}
+
+#[test]
+fn a_body_given_several_times_is_one_body() {
+    let volume_of = |mesh: TriangleMesh| {
+        let (mut mesh, report) = repaired(mesh);
+        turn_outward(&mut mesh);
+        let closed = ClosedMesh::try_from(mesh).unwrap();
+        (closed.mesh().volume(), closed.mesh().faces.len(), report.duplicates)
+    };
+    for copies in [vec![false], vec![false, false], vec![true], vec![false, true]] {
+        let mut cube = TriangleMesh::default();
+        add_box(&mut cube, 0.0, 1.0);
+        let once = cube.clone();
+        for &is_inside_out in &copies {
+            let mut copy = once.clone();
+            add_copy(&mut copy, is_inside_out);
+            cube.faces.extend_from_slice(&copy.faces[12..]);
+        }
+        assert_eq!(volume_of(cube.clone()), (1.0, 12, 12 * copies.len()), "{copies:?}");
+        // The same beside another body, and with one that touches it in a corner.
+        for (low, high) in [(3.0, 4.0), (1.0, 2.0)] {
+            let mut two = cube.clone();
+            add_box(&mut two, low, high);
+            let (mut welded, _) = (two.clone(), ());
+            for v in welded.faces.iter_mut().flatten() {
+                let at = two.positions[*v as usize];
+                *v = two.positions.iter().position(|&p| p == at).unwrap() as u32;
+            }
+            let (volume, faces, _) = volume_of(welded);
+            assert_eq!((volume, faces), (2.0, 24), "{copies:?} {low}");
+        }
+    }
+}
+
+#[test]
+fn a_ball_in_a_hole_of_its_size_shares_its_wall() {
+    // A large box with a cavity, and a small box that fills it exactly.
+    let mut mesh = TriangleMesh::default();
+    add_box(&mut mesh, 0.0, 1.0);
+    add_copy(&mut mesh, true);
+    add_box(&mut mesh, -1.0, 2.0);
+    let (mesh, report) = repaired(mesh);
+    assert_eq!((mesh.faces.len(), report.duplicates), (12, 24));
+    assert!((mesh.volume() - 27.0).abs() < 1e-12);
+}

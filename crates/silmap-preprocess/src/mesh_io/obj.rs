@@ -1,16 +1,18 @@
 //! Wavefront OBJ with its materials.
 //!
-//! The material library is read by `tobj`. The geometry is read here, because that crate forgets on which line and under
-//! which number a vertex or face stands, takes `l` with three vertices for a face, and shifts all colours when one vertex
-//! has none. Everything that is not a vertex, a texture coordinate, a face or a material is skipped. Vertices and faces
-//! count from 1.
+//! Read here, because `tobj` forgets on which line and under which number a vertex or face stands, takes `l` with three
+//! vertices for a face, and shifts all colours when one vertex has none. Everything that is not a vertex, a texture
+//! coordinate, a face or a material is skipped. Vertices and faces count from 1.
+//!
+//! Numbers after the three coordinates are not in the standard. One is a weight, three are a colour; four are either weight
+//! and colour, or colour and opacity: they are a weight first where that one is 1 at every vertex.
 
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::error::{LineFault, MeshFault, excerpt};
-use super::mtl::MaterialLibrary;
+use super::mtl::{MaterialLibrary, Placement};
 use super::raw::{MOST_CORNERS, MOST_MATERIALS, PolygonLook, RawMesh};
 use super::text::{decode, numbered_lines};
 
@@ -23,12 +25,20 @@ struct Corner {
 /// What has been read so far.
 struct Reader<'a> {
     raw: RawMesh,
-    colours: Vec<Option<[f32; 3]>>,
+    /// What stands behind the coordinates, at most five numbers.
+    extras: Vec<Extra>,
     uvs: Vec<[f32; 2]>,
     library: MaterialLibrary<'a>,
-    current_material: Option<u16>,
-    /// Name, and index in the mesh's materials, of every material used.
-    used: Vec<(String, u16)>,
+    current: Option<(u16, Placement)>,
+    /// Name, index in the mesh's materials and placement of the texture, of every material used.
+    used: Vec<(String, (u16, Placement))>,
+}
+
+/// The numbers behind a vertex's coordinates.
+#[derive(Clone, Copy, Debug, Default)]
+struct Extra {
+    numbers: [f32; 5],
+    count: u8,
 }
 
 /// Reads an OBJ file; `folder` is where its material library and textures lie.
@@ -36,12 +46,20 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<RawMesh, MeshFault> {
     let text = decode(bytes)?;
     let mut reader = Reader {
         raw: RawMesh::counting_from(1),
-        colours: Vec::new(),
+        extras: Vec::new(),
         uvs: Vec::new(),
         library: MaterialLibrary::new(folder),
-        current_material: None,
+        current: None,
         used: Vec::new(),
     };
+    // Some writers name the library after its first use.
+    for (_, line) in numbered_lines(&text) {
+        if let Some((keyword, names)) = line.split_once(|c: char| c.is_whitespace())
+            && keyword == "mtllib"
+        {
+            reader.library.open(names, &mut reader.raw);
+        }
+    }
     let mut joined = String::new();
     let mut corners = Vec::new();
     for (number, part) in numbered_lines(&text) {
@@ -78,10 +96,6 @@ impl Reader<'_> {
                 Ok(())
             }
             "f" => self.read_face(rest, corners),
-            "mtllib" => {
-                self.library.open(rest.trim(), &mut self.raw);
-                Ok(())
-            }
             "usemtl" => {
                 self.use_material(rest.trim());
                 Ok(())
@@ -92,7 +106,7 @@ impl Reader<'_> {
 
     fn read_vertex(&mut self, rest: &str) -> Result<(), LineFault> {
         let vertex = self.raw.mesh.positions.len() as u64 + 1;
-        let mut numbers = [0.0; 7];
+        let mut numbers = [0.0_f64; 8];
         let mut count = 0;
         for word in rest
             .split('#')
@@ -114,18 +128,36 @@ impl Reader<'_> {
             return Err(LineFault::NotFinite { vertex });
         }
         self.raw.mesh.positions.push(position);
-        // x y z, x y z w, x y z r g b, or x y z w r g b.
-        let colour = match count {
-            6 => Some([numbers[3], numbers[4], numbers[5]]),
-            7 => Some([numbers[4], numbers[5], numbers[6]]),
-            _ => None,
+        let mut extra = Extra {
+            count: (count - 3) as u8,
+            ..Extra::default()
         };
-        self.colours.push(
-            colour
-                .filter(|c| c.iter().all(|x| x.is_finite() && *x >= 0.0))
-                .map(|c| c.map(|x| x as f32)),
-        );
+        for (slot, number) in extra.numbers.iter_mut().zip(&numbers[3..]) {
+            *slot = *number as f32;
+        }
+        self.extras.push(extra);
         Ok(())
+    }
+
+    /// The colour of every vertex, of those that have one.
+    fn colours(&self) -> Vec<Option<[f32; 3]>> {
+        let of_four = || self.extras.iter().filter(|e| e.count == 4);
+        let weight_is_first = of_four().all(|e| e.numbers[0] == 1.0);
+        let colour = |extra: &Extra| {
+            let [a, b, c, d, _] = extra.numbers;
+            let colour = match extra.count {
+                3 => [a, b, c],
+                4 if weight_is_first => [b, c, d],
+                4 => [a, b, c],
+                5 => [b, c, d],
+                _ => return None,
+            };
+            colour
+                .iter()
+                .all(|x| x.is_finite() && *x >= 0.0)
+                .then_some(colour)
+        };
+        self.extras.iter().map(colour).collect()
     }
 
     fn read_uv(&mut self, rest: &str) {
@@ -160,14 +192,15 @@ impl Reader<'_> {
             return Err(LineFault::TooManyCorners { corners, most });
         }
         let vertices: Vec<u32> = corners.iter().map(|c| c.vertex).collect();
+        let placement = self.current.map(|(_, p)| p).unwrap_or_default();
         let uvs: Option<Vec<[f32; 2]>> = corners
             .iter()
-            .map(|c| c.uv.map(|uv| self.uvs[uv as usize]))
+            .map(|c| c.uv.map(|uv| placement.apply(self.uvs[uv as usize])))
             .collect();
         let look = PolygonLook {
             uvs: uvs.as_deref(),
             colours: None,
-            material: self.current_material,
+            material: self.current.map(|(index, _)| index),
         };
         self.raw.push_polygon(&vertices, look);
         Ok(())
@@ -197,20 +230,21 @@ impl Reader<'_> {
     }
 
     fn use_material(&mut self, name: &str) {
-        if let Some((_, index)) = self.used.iter().find(|(used, _)| used == name) {
-            self.current_material = Some(*index);
+        if let Some((_, known)) = self.used.iter().find(|(used, _)| used == name) {
+            self.current = Some(*known);
             return;
         }
-        self.current_material = None;
-        let Some(material) = self.library.material(name, &mut self.raw) else {
+        self.current = None;
+        let Some(painted) = self.library.material(name, &mut self.raw) else {
             return;
         };
         let materials = &mut self.raw.mesh.appearance.materials;
         if materials.len() < MOST_MATERIALS {
             let index = materials.len() as u16;
-            materials.push(material);
-            self.used.push((name.to_owned(), index));
-            self.current_material = Some(index);
+            materials.push(painted.material);
+            self.used
+                .push((name.to_owned(), (index, painted.placement)));
+            self.current = Some((index, painted.placement));
         }
     }
 
@@ -222,7 +256,8 @@ impl Reader<'_> {
                 MeshFault::NoFaces
             });
         }
-        self.raw.spread_vertex_colours(&self.colours);
+        let colours = self.colours();
+        self.raw.spread_vertex_colours(&colours);
         Ok(self.raw.finish())
     }
 }

@@ -1,8 +1,12 @@
 //! PLY, ASCII and binary of either byte order.
 //!
 //! Binary elements are read one by one with `ply-rs-bw`, so that the one at which a file ends is known. ASCII numbers are
-//! read here: that crate's grammar refuses `.5`, `1.` and `nan`. Vertices count from 0, faces from 1. Elements other than `vertex` and
-//! `face` are skipped; vertex colours and texture coordinates are taken where there are some.
+//! read here: that crate's grammar refuses `.5`, `1.` and `nan`. Vertices count from 0, faces from 1. Of the elements,
+//! `vertex`, `face` and `tristrips` are taken, and of their properties colours of vertices, faces and corners, texture
+//! coordinates of vertices and corners, and the number of a face's texture, by all names that tools write. A file may colour
+//! its faces and, all alike, its vertices: then those of the faces count.
+//!
+//! A triangle strip goes on with every vertex, each triangle turned against the one before; −1 begins another one.
 
 use std::path::Path;
 
@@ -12,15 +16,31 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
 };
 use silmap_geometry::Material;
+use silmap_geometry::defects::repeated_corner;
 use silmap_geometry::lighting::linear_from_srgb;
 
 use super::error::{HeaderFault, LineFault, MeshFault, excerpt};
-use super::mtl::decode_image;
+use super::mtl::read_image;
 use super::ply_header::{Header, read_header};
-use super::raw::{MOST_CORNERS, PolygonLook, RawMesh};
-use super::text::numbered_lines;
+use super::raw::{MOST_CORNERS, MOST_MATERIALS, PolygonLook, RawMesh};
+use super::text::{find_file, numbered_lines};
 
 const FACE_FORM: &str = "n i j k …";
+
+/// The element of triangle strips.
+const STRIPS: &str = "tristrips";
+
+/// Names of the list of a face's vertices.
+const CORNERS: [&str; 4] = [
+    "vertex_indices",
+    "vertex_index",
+    "vertex_indexes",
+    "vertices",
+];
+
+const REDS: [&str; 5] = ["red", "r", "diffuse_red", "ambient_red", "diffuse_r"];
+
+const TEXTURE_US: [&str; 5] = ["s", "u", "texture_u", "texture_s", "s0"];
 
 /// One element, of whichever kind: what is of use in it.
 #[derive(Debug)]
@@ -30,6 +50,8 @@ struct Record {
     uv: [f64; 2],
     corners: Vec<i64>,
     corner_uvs: Vec<f64>,
+    corner_colours: Vec<f64>,
+    texture: f64,
 }
 
 impl PropertyAccess for Record {
@@ -40,13 +62,16 @@ impl PropertyAccess for Record {
             uv: [f64::NAN; 2],
             corners: Vec::new(),
             corner_uvs: Vec::new(),
+            corner_colours: Vec::new(),
+            texture: 0.0,
         }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
         match name {
-            "vertex_indices" | "vertex_index" => self.corners = integers(property),
-            "texcoord" => self.corner_uvs = numbers(property),
+            _ if CORNERS.contains(&name) => self.corners = integers(property),
+            "texcoord" | "texcoords" => self.corner_uvs = numbers(property),
+            "color" | "wedge_color" => self.corner_colours = numbers(property),
             _ => match (self.slot(name), numbers(property).first()) {
                 (Some(slot), Some(&value)) => *slot = value,
                 _ => return PropertyAccessResult::Ignored,
@@ -76,11 +101,12 @@ impl Record {
             "x" => &mut self.position[0],
             "y" => &mut self.position[1],
             "z" => &mut self.position[2],
-            "red" | "r" | "diffuse_red" => &mut self.colour[0],
-            "green" | "g" | "diffuse_green" => &mut self.colour[1],
-            "blue" | "b" | "diffuse_blue" => &mut self.colour[2],
-            "s" | "u" | "texture_u" | "texture_s" => &mut self.uv[0],
-            "t" | "v" | "texture_v" | "texture_t" => &mut self.uv[1],
+            _ if REDS.contains(&name) => &mut self.colour[0],
+            "green" | "g" | "diffuse_green" | "ambient_green" | "diffuse_g" => &mut self.colour[1],
+            "blue" | "b" | "diffuse_blue" | "ambient_blue" | "diffuse_b" => &mut self.colour[2],
+            _ if TEXTURE_US.contains(&name) => &mut self.uv[0],
+            "t" | "v" | "texture_v" | "texture_t" | "t0" => &mut self.uv[1],
+            "texnumber" | "texture_id" | "texid" => &mut self.texture,
             _ => return None,
         })
     }
@@ -157,18 +183,27 @@ fn check_elements(header: &Header) -> Result<(), MeshFault> {
     if vertex.count == 0 {
         return Err(MeshFault::NoVertices);
     }
-    let face = find("face")?;
-    let has_corners = ["vertex_indices", "vertex_index"].iter().any(|name| {
-        let kind = face.properties.get(*name).map(|p| &p.data_type);
-        matches!(kind, Some(PropertyType::List(..)))
-    });
-    if !has_corners {
-        return Err(MeshFault::Header(HeaderFault::NoProperty {
-            element: "face",
-            property: "vertex_indices",
-        }));
+    let kinds = ["face", STRIPS].map(|name| header.elements.iter().find(|e| e.name == name));
+    if kinds == [None, None] {
+        return Err(MeshFault::Header(HeaderFault::NoElement { name: "face" }));
     }
-    if face.count == 0 {
+    for element in kinds.into_iter().flatten().filter(|e| e.count > 0) {
+        let has_corners = CORNERS.iter().any(|name| {
+            let kind = element.properties.get(*name).map(|p| &p.data_type);
+            matches!(kind, Some(PropertyType::List(..)))
+        });
+        if !has_corners {
+            return Err(MeshFault::Header(HeaderFault::NoProperty {
+                element: if element.name == STRIPS {
+                    STRIPS
+                } else {
+                    "face"
+                },
+                property: "vertex_indices",
+            }));
+        }
+    }
+    if kinds.iter().flatten().all(|e| e.count == 0) {
         return Err(MeshFault::NoFaces);
     }
     Ok(())
@@ -177,12 +212,54 @@ fn check_elements(header: &Header) -> Result<(), MeshFault> {
 /// Takes elements in file order and makes a mesh of them. Faces that come before the vertices are kept until then.
 struct Builder {
     raw: RawMesh,
-    colours: Vec<[f32; 3]>,
+    /// sRGB, as they stand in the file.
+    colours: Vec<[f64; 3]>,
     uvs: Vec<[f32; 2]>,
     faces: Vec<Record>,
-    colour_scale: Option<f64>,
+    strips: Vec<Record>,
+    /// The largest value of colours of vertices, faces and corners, where there are some.
+    colour_kinds: [Option<ColourKind>; 3],
     has_uvs: bool,
     has_corner_uvs: bool,
+}
+
+/// How colours are stored.
+#[derive(Clone, Copy, Debug)]
+enum ColourKind {
+    /// To this value.
+    To(f64),
+    /// To 1, or to 255 where one of them is larger than 1.
+    Real,
+}
+
+impl ColourKind {
+    fn of(kind: &PropertyType) -> Self {
+        match kind {
+            PropertyType::Scalar(scalar) | PropertyType::List(_, scalar) => match scalar {
+                ScalarType::Float | ScalarType::Double => Self::Real,
+                ScalarType::UShort | ScalarType::Short => Self::To(65_535.0),
+                _ => Self::To(255.0),
+            },
+        }
+    }
+
+    fn largest<'a>(self, mut all: impl Iterator<Item = &'a f64>) -> f64 {
+        match self {
+            Self::To(largest) => largest,
+            Self::Real if all.any(|&c| c > 1.0) => 255.0,
+            Self::Real => 1.0,
+        }
+    }
+}
+
+/// Linear colours of values that reach to `largest`; white where they are not numbers.
+fn linear(colour: [f64; 3], largest: f64) -> [f32; 3] {
+    let linear = colour.map(|c| linear_from_srgb((c / largest).clamp(0.0, 1.0) as f32));
+    if linear.iter().all(|c| c.is_finite()) {
+        linear
+    } else {
+        [1.0; 3]
+    }
 }
 
 impl Builder {
@@ -191,22 +268,23 @@ impl Builder {
             let element = header.elements.iter().find(|e| e.name == element)?;
             names.iter().find_map(|n| element.properties.get(*n))
         };
-        let colour_scale =
-            kind_of("vertex", &["red", "r", "diffuse_red"]).map(|p| match p.data_type {
-                PropertyType::Scalar(ScalarType::Float | ScalarType::Double) => 1.0,
-                PropertyType::Scalar(ScalarType::UShort | ScalarType::Short) => 1.0 / 65_535.0,
-                _ => 1.0 / 255.0,
-            });
-        let has_texture = header.texture.is_some();
+        let colour_kind = |element: &str, names: &[&str]| {
+            kind_of(element, names).map(|p| ColourKind::of(&p.data_type))
+        };
+        let has_texture = !header.textures.is_empty();
         Self {
             raw: RawMesh::counting_from(0),
             colours: Vec::new(),
             uvs: Vec::new(),
             faces: Vec::new(),
-            colour_scale,
-            has_uvs: has_texture
-                && kind_of("vertex", &["s", "u", "texture_u", "texture_s"]).is_some(),
-            has_corner_uvs: has_texture && kind_of("face", &["texcoord"]).is_some(),
+            strips: Vec::new(),
+            colour_kinds: [
+                colour_kind("vertex", &REDS),
+                colour_kind("face", &REDS),
+                colour_kind("face", &["color", "wedge_color"]),
+            ],
+            has_uvs: has_texture && kind_of("vertex", &TEXTURE_US).is_some(),
+            has_corner_uvs: has_texture && kind_of("face", &["texcoord", "texcoords"]).is_some(),
         }
     }
 
@@ -219,21 +297,45 @@ impl Builder {
                     return Err(MeshFault::NotFinite { vertex });
                 }
                 self.raw.mesh.positions.push(position);
-                if let Some(scale) = self.colour_scale {
-                    let linear = record
-                        .colour
-                        .map(|c| linear_from_srgb((c * scale).clamp(0.0, 1.0) as f32));
-                    let is_known = linear.iter().all(|c| c.is_finite());
-                    self.colours.push(if is_known { linear } else { [1.0; 3] });
+                if self.colour_kinds[0].is_some() {
+                    self.colours.push(record.colour);
                 }
                 if self.has_uvs {
                     self.uvs.push(top_left_uv(record.uv));
                 }
             }
             "face" => self.faces.push(record),
+            STRIPS => self.strips.push(record),
             _ => {}
         }
         Ok(())
+    }
+
+    /// The textures as materials; where one cannot be read, it is a plain one.
+    fn read_textures(&mut self, header: &Header, folder: &Path) -> usize {
+        let mut are_read = false;
+        let textures = header.textures.iter().take(MOST_MATERIALS);
+        let materials: Vec<Material> = textures
+            .map(|name| {
+                let path = find_file(folder, name).unwrap_or_else(|| folder.join(name));
+                let texture = read_image(&path)
+                    .map_err(|reason| {
+                        self.raw
+                            .ignore(format!("texture `{name}` cannot be read: {reason}"));
+                    })
+                    .ok();
+                are_read |= texture.is_some();
+                Material {
+                    base_colour: [1.0; 3],
+                    texture,
+                }
+            })
+            .collect();
+        if !are_read {
+            return 0;
+        }
+        self.raw.mesh.appearance.materials = materials;
+        self.raw.mesh.appearance.materials.len()
     }
 
     fn finish(mut self, header: &Header, folder: &Path) -> Result<RawMesh, MeshFault> {
@@ -241,26 +343,11 @@ impl Builder {
         if u32::try_from(count).is_err() {
             return Err(MeshFault::TooLarge);
         }
-        let material = header.texture.as_deref().and_then(|name| {
-            let read = crate::input::read(&folder.join(name)).map_err(|e| e.to_string());
-            match read.and_then(|bytes| decode_image(&bytes)) {
-                Ok(image) => Some(image),
-                Err(reason) => {
-                    self.raw
-                        .ignore(format!("texture `{name}` cannot be read: {reason}"));
-                    None
-                }
-            }
-        });
-        let has_material = material.is_some();
-        if let Some(image) = material {
-            self.raw.mesh.appearance.materials.push(Material {
-                base_colour: [1.0; 3],
-                texture: Some(image),
-            });
-        }
+        let texture_count = self.read_textures(header, folder);
+        let painter = Painter::new(&self);
         let mut vertices = Vec::new();
-        for (face, record) in (1..).zip(std::mem::take(&mut self.faces)) {
+        let faces = std::mem::take(&mut self.faces);
+        for (face, record) in (1..).zip(&faces) {
             let corners = record.corners.len();
             if corners < 3 {
                 return Err(MeshFault::TooFewCorners { face, corners });
@@ -275,27 +362,46 @@ impl Builder {
             }
             vertices.clear();
             for &vertex in &record.corners {
-                match u32::try_from(vertex) {
-                    Ok(v) if (v as usize) < count => vertices.push(v),
-                    _ => {
-                        return Err(MeshFault::IndexOutOfRange {
-                            face,
-                            vertex,
-                            count,
-                        });
-                    }
-                }
+                vertices.push(checked(face, vertex, count)?);
             }
-            let uvs = self.face_uvs(&record, &vertices);
-            let colours: Option<Vec<[f32; 3]>> = self
-                .colour_scale
-                .map(|_| vertices.iter().map(|&v| self.colours[v as usize]).collect());
+            let uvs = self.face_uvs(record, &vertices);
+            let colours = painter.colours(record, &vertices);
+            let texture = record.texture.max(0.0) as usize;
             let look = PolygonLook {
                 uvs: uvs.as_deref(),
                 colours: colours.as_deref(),
-                material: has_material.then_some(0),
+                material: (texture < texture_count).then_some(texture as u16),
             };
             self.raw.push_polygon(&vertices, look);
+        }
+        let strips = std::mem::take(&mut self.strips);
+        for (strip, record) in (1..).zip(&strips) {
+            for piece in record.corners.split(|&v| v == RESTART) {
+                for (at, corners) in piece.windows(3).enumerate() {
+                    let mut triangle = [0; 3];
+                    for (slot, &vertex) in triangle.iter_mut().zip(corners) {
+                        *slot = checked(strip, vertex, count)?;
+                    }
+                    // A strip turns a corner by naming a vertex twice.
+                    if repeated_corner(&triangle).is_some() {
+                        continue;
+                    }
+                    if at % 2 == 1 {
+                        triangle.swap(0, 1);
+                    }
+                    let uvs = self.face_uvs(record, &triangle);
+                    let colours = painter.colours(record, &triangle);
+                    let look = PolygonLook {
+                        uvs: uvs.as_deref(),
+                        colours: colours.as_deref(),
+                        material: (texture_count > 0).then_some(0),
+                    };
+                    self.raw.push_polygon(&triangle, look);
+                }
+            }
+        }
+        if self.raw.mesh.faces.is_empty() {
+            return Err(MeshFault::NoFaces);
         }
         Ok(self.raw.finish())
     }
@@ -307,6 +413,85 @@ impl Builder {
         }
         self.has_uvs
             .then(|| vertices.iter().map(|&v| self.uvs[v as usize]).collect())
+    }
+}
+
+/// Ends a strip; the next vertex begins another one.
+const RESTART: i64 = -1;
+
+/// A vertex that exists.
+fn checked(face: u64, vertex: i64, count: usize) -> Result<u32, MeshFault> {
+    u32::try_from(vertex)
+        .ok()
+        .filter(|&v| (v as usize) < count)
+        .ok_or(MeshFault::IndexOutOfRange {
+            face,
+            vertex,
+            count,
+        })
+}
+
+/// Which colours count, and what they are.
+enum Painter {
+    Plain,
+    /// Linear.
+    Vertices(Vec<[f32; 3]>),
+    /// By the largest value.
+    Faces(f64),
+    Corners(f64),
+}
+
+impl Painter {
+    fn new(builder: &Builder) -> Self {
+        let [vertex, face, corner] = builder.colour_kinds;
+        let are_alike = builder.colours.windows(2).all(|pair| pair[0] == pair[1]);
+        if let Some(kind) = corner {
+            let all = builder.faces.iter().flat_map(|f| &f.corner_colours);
+            return Self::Corners(kind.largest(all));
+        }
+        match (vertex, face) {
+            (Some(kind), None) => Self::vertices(kind, &builder.colours),
+            (Some(kind), Some(_)) if !are_alike => Self::vertices(kind, &builder.colours),
+            (_, Some(kind)) => {
+                let all = builder.faces.iter().flat_map(|f| &f.colour);
+                Self::Faces(kind.largest(all))
+            }
+            (None, None) => Self::Plain,
+        }
+    }
+
+    fn vertices(kind: ColourKind, colours: &[[f64; 3]]) -> Self {
+        let largest = kind.largest(colours.as_flattened().iter());
+        Self::Vertices(colours.iter().map(|&c| linear(c, largest)).collect())
+    }
+
+    /// Linear colours of a face's corners.
+    fn colours(&self, record: &Record, vertices: &[u32]) -> Option<Vec<[f32; 3]>> {
+        match self {
+            Self::Plain => None,
+            Self::Vertices(colours) => {
+                Some(vertices.iter().map(|&v| colours[v as usize]).collect())
+            }
+            Self::Faces(largest) => Some(vec![linear(record.colour, *largest); vertices.len()]),
+            Self::Corners(largest) => {
+                let values = &record.corner_colours;
+                if values.len() == 3 {
+                    let whole = [values[0], values[1], values[2]];
+                    return Some(vec![linear(whole, *largest); vertices.len()]);
+                }
+                // Three numbers a corner, or four with the opacity.
+                let step = values.len() / vertices.len().max(1);
+                if !(3..=4).contains(&step) || values.len() != step * vertices.len() {
+                    return Some(vec![[1.0; 3]; vertices.len()]);
+                }
+                let corners = values.chunks_exact(step);
+                Some(
+                    corners
+                        .map(|c| linear([c[0], c[1], c[2]], *largest))
+                        .collect(),
+                )
+            }
+        }
     }
 }
 
@@ -358,6 +543,19 @@ fn read_ascii(bytes: &[u8], header: &Header, builder: &mut Builder) -> Result<()
         }
         for number in 0..element.count {
             let (line_number, line) = lines.next().ok_or_else(|| missing(element, number))?;
+            // A strip is long, and may be written on several lines where nothing follows it.
+            let is_last = header.elements.last().is_some_and(|e| e.name == STRIPS);
+            let is_long = is_last && element.name == STRIPS && element.count == 1;
+            let whole;
+            let line = if is_long {
+                let more: Vec<&str> = std::iter::once(line)
+                    .chain(lines.by_ref().map(|(_, line)| line))
+                    .collect();
+                whole = more.join(" ");
+                &whole
+            } else {
+                line
+            };
             let record = read_ascii_element(line, element, number)
                 .map_err(|fault| MeshFault::at_line(header.line_count + line_number, fault))?;
             builder.take(element, record)?;
@@ -371,6 +569,7 @@ fn missing(element: &ElementDef, number: usize) -> MeshFault {
         element: match element.name.as_str() {
             "vertex" => "vertex",
             "face" => "face",
+            STRIPS => "strip",
             _ => "element",
         },
         number: number as u64 + 1,

@@ -18,8 +18,8 @@ pub(super) struct Header {
     pub(super) encoding: Encoding,
     /// In the order of the data.
     pub(super) elements: Vec<ElementDef>,
-    /// The texture named in a `comment TextureFile` line.
-    pub(super) texture: Option<String>,
+    /// The textures named in `comment TextureFile` lines.
+    pub(super) textures: Vec<String>,
     /// Lines before the data.
     pub(super) line_count: usize,
     /// Where the data begins.
@@ -42,7 +42,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, MeshFault> {
     let mut header = Header {
         encoding: Encoding::Ascii,
         elements: Vec::new(),
-        texture: None,
+        textures: Vec::new(),
         line_count: 0,
         data_start: 0,
     };
@@ -79,9 +79,11 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, MeshFault> {
             continue;
         }
         let words: Vec<&str> = text.split_whitespace().collect();
-        if let ["comment", "TextureFile", ..] = words[..] {
-            let name = text.split_once("TextureFile").map(|(_, name)| name.trim());
-            header.texture = name.map(str::to_owned);
+        if let ["comment", keyword, _, ..] = words[..]
+            && keyword.eq_ignore_ascii_case("TextureFile")
+        {
+            let name = text.split_once(keyword).map(|(_, name)| name.trim());
+            header.textures.extend(name.map(str::to_owned));
         }
         if matches!(words[0], "comment" | "obj_info") {
             continue;

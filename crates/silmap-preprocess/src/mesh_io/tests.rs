@@ -1,5 +1,10 @@
 //! Readers and writers against each other, on small files made here, and on nonsense.
 
+mod obj;
+mod off;
+mod ply;
+mod stl;
+
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
@@ -120,101 +125,6 @@ fn corners_of_different_colours_are_written_as_their_mean() {
 }
 
 #[test]
-fn off_takes_the_colours_that_the_keyword_announces() {
-    let body = |more: [&str; 4]| {
-        format!(
-            "4 4 0\n0 0 0{}\n1 0 0{}\n0 1 0{}\n0 0 1{}\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
-            more[0], more[1], more[2], more[3]
-        )
-    };
-    let bytes = [
-        " 255 0 0 255",
-        " 0 255 0 255",
-        " 0 0 255 255",
-        " 255 255 255 255",
-    ];
-    let fractions = [" 1.0 0 0 1", " 0 1.0 0 1", " 0 0 1.0 1", " 1 1 1 1"];
-    let wanted = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
-    for (keyword, more) in [("COFF\n", bytes), ("COFF ", fractions)] {
-        let raw = read((keyword.to_owned() + &body(more)).as_bytes(), "off").unwrap();
-        assert_eq!(raw.mesh.appearance.corner_colours[0], wanted, "{keyword}");
-    }
-    let normals = fractions.map(|c| format!(" 0 0 1{c}"));
-    let text = "CNOFF\n".to_owned() + &body(normals.each_ref().map(String::as_str));
-    let raw = read(text.as_bytes(), "off").unwrap();
-    assert_eq!(raw.mesh.appearance.corner_colours[0], wanted);
-    // A face's own colour counts where its vertices have none.
-    let cornered = body([""; 4]).replace("\n3 0 3 2\n", "\n3 0 3 2 0 0 0\n");
-    let text = "COFF\n".to_owned() + &body(bytes).replace("\n3 0 3 2\n", "\n3 0 3 2 0 0 0\n");
-    let raw = read(text.as_bytes(), "off").unwrap();
-    assert_eq!(raw.mesh.appearance.corner_colours[0], wanted);
-    let raw = read(("COFF\n".to_owned() + &cornered).as_bytes(), "off").unwrap();
-    assert_eq!(raw.mesh.appearance.corner_colours[3], [[0.0; 3]; 3]);
-    // Nothing is announced, or nothing is there.
-    for text in [
-        "OFF\n".to_owned() + &body(bytes),
-        "COFF\n".to_owned() + &body([""; 4]),
-    ] {
-        let raw = read(text.as_bytes(), "off").unwrap();
-        assert!(raw.mesh.appearance.is_plain(), "{text}");
-    }
-}
-
-#[test]
-fn off_takes_the_colours_behind_faces() {
-    // A pyramid on a square; the last face has a number that would pick from a colour map.
-    let text = |red: &str, blue: &str| {
-        format!(
-            "OFF\n5 5 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n\
-             4 0 3 2 1 {red}\n3 0 1 4 {blue} # front\n3 1 2 4\n3 2 3 4 1 # no\n3 3 0 4 7\n"
-        )
-    };
-    let (red, blue, white) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]);
-    for text in [
-        text("255 0 0", "0 0 255 128"),
-        text("1.0 0 0 0.75", "0 0 1"),
-    ] {
-        let raw = read(text.as_bytes(), "off").unwrap();
-        let wanted = [red, red, blue, white, white, white].map(|c| [c; 3]);
-        assert_eq!(raw.mesh.appearance.corner_colours, wanted, "{text}");
-    }
-    for plain in [text("", ""), text("nan 0 0", "3 4"), text("-1 0 0", "")] {
-        let raw = read(plain.as_bytes(), "off").unwrap();
-        assert!(raw.mesh.appearance.is_plain(), "{plain}");
-    }
-}
-
-#[test]
-fn binary_stl_has_face_colours_in_two_ways() {
-    let plain = PYRAMID_FILES
-        .iter()
-        .find(|(e, _)| *e == "stl")
-        .unwrap()
-        .1
-        .clone();
-    assert!(read(&plain, "stl").unwrap().mesh.appearance.is_plain());
-    let with = |header: &[u8], fields: [u16; 2]| {
-        let mut bytes = plain.clone();
-        bytes[..80].fill(b' ');
-        bytes[..header.len()].copy_from_slice(header);
-        for (face, field) in fields.into_iter().enumerate() {
-            let at = 84 + 50 * (face + 1) - 2;
-            bytes[at..at + 2].copy_from_slice(&field.to_le_bytes());
-        }
-        let look = read(&bytes, "stl").unwrap().mesh.appearance;
-        [0, 1, 2].map(|f| look.corner_colours[f][0])
-    };
-    let (red, blue, white) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0; 3]);
-    assert_eq!(
-        with(b"", [0x8000 | 31 << 10, 31 << 10]),
-        [red, white, white]
-    );
-    let whole = b"made by hand COLOR=\xFF\xFF\xFF\xFF,MATERIAL=";
-    assert_eq!(with(whole, [31, 31 << 10])[..2], [red, blue]);
-    assert_eq!(with(whole, [0x8000, 31])[..2], [white, red]);
-}
-
-#[test]
 fn faces_on_a_line_are_named_and_removed_on_request() {
     // A tetrahedron with a vertex on an edge, and a face that joins it to that edge.
     let text = "OFF\n5 6 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0.5 0.5 0\n\
@@ -274,103 +184,6 @@ fn formats_are_told_by_content_where_the_name_does_not() {
         read(b"what is this", "dat"),
         Err(MeshFault::UnknownFormat { .. })
     ));
-}
-
-#[test]
-fn obj_lines_may_be_continued_and_polygons_concave() {
-    let text = b"v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 2 0\nv 1 1 0\nv 0 1 0\nl 1 2 3\nf 1 2 3 \\\n 4 5 -1 # an L\n";
-    let raw = read(text, "obj").unwrap();
-    assert_eq!(raw.mesh.faces.len(), 4);
-    let area: f64 = (0..4).map(|f| 0.5 * raw.mesh.face_cross(f).z).sum();
-    let least = (0..4).map(|f| raw.mesh.face_cross(f).z).fold(1.0, f64::min);
-    assert!((area - 3.0).abs() < 1e-12 && least > 0.0);
-}
-
-#[test]
-fn obj_materials_and_colours_arrive_at_the_corners() {
-    let folder = tempfile::tempdir().unwrap();
-    let picture = image::RgbaImage::from_pixel(2, 2, image::Rgba([255, 0, 0, 255]));
-    picture.save(folder.path().join("red skin.png")).unwrap();
-    std::fs::write(
-        folder.path().join("looks.mtl"),
-        "newmtl skin\nKd 1\nKd 0.5 1 1\nmap_Kd red skin.png\nnewmtl bare\nmap_Kd gone.png\nKd 0 0 1\n",
-    )
-    .unwrap();
-    let text = "mtllib looks.mtl\nv 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\nv 0 0 1 nan 0 0\n\
-                vt 0.25 0.75\nvt 0.5 0.5\nf 1 3 2\nusemtl skin\nf 1/1 2/2 4/1\nusemtl bare\nf 2 3 4\nusemtl gone\nf 1 4 3\n";
-    let raw = read_bytes(text.as_bytes(), "obj", folder.path()).unwrap();
-    let look = &raw.mesh.appearance;
-    assert_eq!(look.corner_uvs[1], [[0.25, 0.25], [0.5, 0.5], [0.25, 0.25]]);
-    assert_eq!(look.face_materials, [2, 0, 1, 2]);
-    assert_eq!(look.materials.len(), 3);
-    assert_eq!(look.materials[0].base_colour, [0.5, 1.0, 1.0]);
-    assert_eq!(look.albedo(1, [1.0, 0.0, 0.0]), [0.5, 0.0, 0.0]);
-    assert_eq!(look.albedo(2, [0.0, 0.0, 1.0]), [0.0, 0.0, 1.0]);
-    let warnings: Vec<String> = raw.warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(warnings.len(), 2, "{warnings:?}");
-    assert!(warnings[0].contains("gone.png") && warnings[1].contains("`gone`"));
-    // The fourth vertex has no readable colour and stays white.
-    assert_eq!(look.corner_colours[1][2], [1.0; 3]);
-}
-
-#[test]
-fn ply_reads_the_same_in_all_encodings() {
-    let header = |encoding: &str| {
-        format!(
-            "ply\r\nformat {encoding} 1.0\r\ncomment a box\r\nelement extra 1\r\nproperty list uchar short junk\r\n\
-             element vertex 4\r\nproperty uchar red\r\nproperty uchar green\r\nproperty uchar blue\r\n\
-             property float32 x\r\nproperty float64 y\r\nproperty float z\r\n\
-             element face 4\r\nproperty list uint8 int32 vertex_index\r\nend_header\r\n"
-        )
-    };
-    let vertices = [
-        [0.0, 0.0, 0.0],
-        [1.0, 0.0, 0.0],
-        [0.0, 0.1, 0.0],
-        [0.0, 0.0, 1.0],
-    ];
-    let faces = [[0_i32, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
-    let mut ascii = header("ascii") + "2 7 8\n\n";
-    let mut little = header("binary_little_endian").into_bytes();
-    let mut big = header("binary_big_endian").into_bytes();
-    for (bytes, swap) in [(&mut little, false), (&mut big, true)] {
-        let mut put = |mut field: Vec<u8>| {
-            if swap {
-                field.reverse();
-            }
-            bytes.extend(field);
-        };
-        put(vec![2]);
-        put(7_i16.to_le_bytes().to_vec());
-        put(8_i16.to_le_bytes().to_vec());
-        for v in vertices {
-            (0..3).for_each(|_| put(vec![255]));
-            put((v[0] as f32).to_le_bytes().to_vec());
-            put(f64::to_le_bytes(v[1]).to_vec());
-            put((v[2] as f32).to_le_bytes().to_vec());
-        }
-        for face in faces {
-            put(vec![3]);
-            face.iter().for_each(|v| put(v.to_le_bytes().to_vec()));
-        }
-    }
-    for v in vertices {
-        writeln!(ascii, "255 255 255 {} {} {}", v[0], v[1], v[2]).unwrap();
-    }
-    for f in faces {
-        writeln!(ascii, " 3 {} {} {} ", f[0], f[1], f[2]).unwrap();
-    }
-    let [a, b, c] = [ascii.as_bytes(), &little, &big].map(|bytes| read(bytes, "ply").unwrap().mesh);
-    assert_eq!(a, b);
-    assert_eq!(a, c);
-    assert_eq!(a.positions[2].y, 0.1);
-    assert_eq!(a.appearance.corner_colours[3], [[1.0; 3]; 3]);
-    // Any cut is told of, with the element at which it happens.
-    for cut in 0..little.len() {
-        assert!(read(&little[..cut], "ply").is_err(), "{cut}");
-    }
-    let fault = read(&little[..little.len() - 1], "ply").unwrap_err();
-    assert_eq!(fault.to_string(), "the file ends inside face 4 of 4");
 }
 
 #[test]

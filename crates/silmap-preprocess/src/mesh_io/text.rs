@@ -1,4 +1,6 @@
-//! Lines and numbers of text files.
+//! Lines and numbers of text files, and the files they name.
+
+use std::path::{Path, PathBuf};
 
 use super::error::MeshFault;
 
@@ -27,4 +29,32 @@ pub(super) fn numbered_lines(text: &str) -> impl Iterator<Item = (usize, &str)> 
 pub(super) fn three_numbers<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<[f64; 3]> {
     let mut next = || words.next()?.parse().ok();
     Some([next()?, next()?, next()?])
+}
+
+/// The file that `name` means, as seen from `folder`: that name, or, since names were often written on another machine, its
+/// last part in the folder itself, in whatever mixture of large and small letters. `None` when there is no such file.
+pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = name.trim().replace('\\', "/");
+    if name.is_empty() || name.contains('\0') {
+        return None;
+    }
+    let is_there = |path: &PathBuf| path.is_file();
+    let told = Some(folder.join(&name)).filter(is_there);
+    let last = name.rsplit('/').next().filter(|last| !last.is_empty())?;
+    told.or_else(|| Some(folder.join(last)).filter(is_there))
+        .or_else(|| {
+            let here = if folder.as_os_str().is_empty() {
+                Path::new(".")
+            } else {
+                folder
+            };
+            // The first of them in the order of the alphabet.
+            std::fs::read_dir(here)
+                .ok()?
+                .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+                .filter(|known| known.eq_ignore_ascii_case(last))
+                .min()
+                .map(|known| folder.join(known))
+                .filter(is_there)
+        })
 }
