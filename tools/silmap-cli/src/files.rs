@@ -26,12 +26,25 @@ pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
 /// # Errors
 /// One sentence with the file's name.
 pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Loaded> {
+    // Its errors name the file already.
+    let bytes = mesh_io::read_whole(path)?;
+    load_model_bytes(path, &bytes, mending)
+}
+
+/// As [`load_model`], of bytes that were read before.
+///
+/// # Errors
+/// As [`load_model`].
+pub(crate) fn load_model_bytes(
+    path: &Path,
+    bytes: &[u8],
+    mending: MendingArgs,
+) -> anyhow::Result<Loaded> {
     let options = LoadOptions {
         close_holes: mending.close_holes,
         repair: mending.repair,
     };
-    // Its errors name the file already.
-    let loaded = mesh_io::load(path, &options)?;
+    let loaded = mesh_io::load_bytes(path, bytes, &options)?;
     for warning in &loaded.warnings {
         output::warn(&format!("{}: {warning}", path.display()));
     }
