@@ -56,13 +56,24 @@ pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
 /// # Errors
 /// One sentence with the file's name.
 pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Loaded> {
+    load_model_bytes(path, &read(path)?, mending)
+}
+
+/// As [`load_model`], of bytes that were read before.
+///
+/// # Errors
+/// As [`load_model`].
+pub(crate) fn load_model_bytes(
+    path: &Path,
+    bytes: &[u8],
+    mending: MendingArgs,
+) -> anyhow::Result<Loaded> {
     let options = LoadOptions {
         close_holes: mending.close_holes,
         repair: mending.repair,
     };
-    let owned = path.to_owned();
     // Its errors name the file already.
-    let loaded = interrupt::unless_stopped(move || mesh_io::load(&owned, &options))??;
+    let loaded = mesh_io::load_bytes(path, bytes, &options)?;
     for warning in &loaded.warnings {
         output::warn(&format!("{}: {warning}", path.display()));
     }

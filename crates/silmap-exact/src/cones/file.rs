@@ -55,13 +55,13 @@ pub enum ForestError {
     /// They were cut short or changed.
     #[error("the cone forest is damaged: {what}")]
     Damaged {
-        /// What does not fit.
-        what: &'static str,
+        /// What does not fit, and where.
+        what: String,
     },
 }
 
-fn damaged<T>(what: &'static str) -> Result<T, ForestError> {
-    Err(ForestError::Damaged { what })
+fn damaged<T>(what: impl Into<String>) -> Result<T, ForestError> {
+    Err(ForestError::Damaged { what: what.into() })
 }
 
 impl ConeForest {
@@ -117,7 +117,9 @@ impl ConeForest {
         let (node_count, unbounded_count) = (body.number()? as usize, body.number()? as usize);
         // Before room is made for them.
         if body.0.len() as u64 != 8 * node_count as u64 + 4 * u64::from(edges) {
-            return damaged("its counts do not fit its length");
+            return damaged(format!(
+                "its counts ({node_count} nodes, {edges} edges) do not fit its length"
+            ));
         }
         let mut forest = Self {
             nodes: Vec::with_capacity(node_count),
@@ -125,10 +127,10 @@ impl ConeForest {
             unbounded: Vec::new(),
         };
         let mut edges_end: u32 = 0;
-        for _ in 0..node_count {
+        for node in 0..node_count {
             let (own, child_count) = (body.number()?, body.number()?);
             if own > edges - edges_end {
-                return damaged("a node has more edges than it can have");
+                return damaged(format!("node {node} has {own} edges, more than are left"));
             }
             edges_end += own;
             forest.nodes.push(ForestNode {
@@ -138,15 +140,17 @@ impl ConeForest {
             });
         }
         if u64::from(edges_end) + unbounded_count as u64 != u64::from(edges) {
-            return damaged("its numbers of edges do not fit");
+            return damaged(format!(
+                "its nodes have {edges_end} edges and {unbounded_count} are tested always, of {edges}"
+            ));
         }
         let mut is_used = vec![false; edges as usize];
         for place in 0..edges {
             let edge = body.number()?;
             match is_used.get_mut(edge as usize) {
                 Some(used) if !*used => *used = true,
-                Some(_) => return damaged("it holds an edge twice"),
-                None => return damaged("it names an edge that does not exist"),
+                Some(_) => return damaged(format!("it holds edge {edge} twice")),
+                None => return damaged(format!("place {place} names edge {edge} of {edges}")),
             }
             if place < edges_end {
                 forest.edges.push(edge);
@@ -156,9 +160,12 @@ impl ConeForest {
         }
         // From the last node on: how many trees there are behind the current one.
         let mut trees: usize = 0;
-        for node in forest.nodes.iter().rev() {
+        for (place, node) in forest.nodes.iter().enumerate().rev() {
             let Some(others) = trees.checked_sub(node.child_count as usize) else {
-                return damaged("a node has more children than there are");
+                let children = node.child_count;
+                return damaged(format!(
+                    "node {place} has {children} children, more than there are"
+                ));
             };
             trees = others + 1;
         }

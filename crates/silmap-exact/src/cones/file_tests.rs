@@ -64,23 +64,24 @@ fn what_is_no_forest_of_this_mesh_is_refused_by_name() {
     let mut longer = bytes.clone();
     longer.extend([0; 4]);
     seal(&mut longer);
-    let wrong_counts = damaged("its counts do not fit its length");
-    assert_eq!(read(&longer), wrong_counts);
+    let refused = |bytes: &[u8], part: &str| match read(bytes) {
+        Err(ForestError::Damaged { what }) => assert!(what.contains(part), "{what}"),
+        other => panic!("{other:?}"),
+    };
+    refused(&longer, "do not fit its length");
     // The first edge twice instead of the second.
     let mut doubled = bytes.clone();
     let first_edge = bytes.len() - 4 * mesh.edges().len();
     doubled.copy_within(first_edge..first_edge + 4, first_edge + 4);
     seal(&mut doubled);
-    assert_eq!(read(&doubled), damaged("it holds an edge twice"));
+    refused(&doubled, "twice");
     doubled[first_edge..first_edge + 4].fill(0xff);
     seal(&mut doubled);
-    let unknown_edge = damaged("it names an edge that does not exist");
-    assert_eq!(read(&doubled), unknown_edge);
+    refused(&doubled, "place 1 names edge");
     let mut childish = bytes.clone();
     childish[36..40].copy_from_slice(&u32::MAX.to_le_bytes());
     seal(&mut childish);
-    let too_many = damaged("a node has more children than there are");
-    assert_eq!(read(&childish), too_many);
+    refused(&childish, "node 0 has 4294967295 children");
 }
 
 proptest! {

@@ -8,8 +8,10 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
+use silmap_geometry::TriangleMesh;
 use silmap_geometry::bvh::{Bvh, closest_weights};
 
+use super::inside::Inside;
 use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
 use super::self_crossing::FaceTree;
 use super::surface::{Contraction, Surface};
@@ -128,6 +130,8 @@ struct Collapser<'a> {
     /// Per face; stale for faces that are gone.
     shapes: Vec<FaceShape>,
     neighbourhood: Neighbourhood,
+    /// What an inner hull may not leave.
+    inside: Option<Inside<'a>>,
     /// Where the hull may not pass through itself.
     tree: Option<FaceTree>,
     face_count: usize,
@@ -145,10 +149,16 @@ pub(super) struct Limits {
     pub(super) distance: f64,
 }
 
+/// What is collapsed: in the surface's units and orientation.
+pub(super) struct Model<'a> {
+    pub(super) mesh: &'a TriangleMesh,
+    pub(super) tree: &'a Bvh,
+    pub(super) volume: f64,
+}
+
 pub(super) fn collapse(
     surface: Surface,
-    original: &Bvh,
-    volume: f64,
+    model: &Model<'_>,
     limits: &Limits,
     params: &HullParams,
     monitor: &Monitor<'_>,
@@ -157,7 +167,7 @@ pub(super) fn collapse(
     let mut collapser = Collapser {
         params,
         guards: Guards::LADDER[0],
-        original,
+        original: model.tree,
         queue: BinaryHeap::with_capacity(half_edges / 2),
         is_queued: vec![false; half_edges],
         looks: vec![0; half_edges],
@@ -170,10 +180,14 @@ pub(super) fn collapse(
             .map(|face| FaceShape::of(&surface, face))
             .collect(),
         neighbourhood: Neighbourhood::default(),
+        inside: (params.inner).then_some(Inside {
+            model: model.mesh,
+            tree: model.tree,
+        }),
         tree: (params.no_self_intersections).then(|| FaceTree::new(&surface)),
         face_count: half_edges / 3,
-        volume,
-        original_volume: volume.abs(),
+        volume: model.volume,
+        original_volume: model.volume.abs(),
         distance: 0.0,
         state: State {
             surface_points: surface.positions.clone(),
@@ -296,6 +310,7 @@ impl Collapser<'_> {
                 || placement.added_volume > most
                 || self.volume + placement.added_volume > limits.volume
                 || !self.is_near(placement.position, limits.distance)
+                || self.would_leave(entry.edge, placement.position)
                 || self.would_cross_itself(entry.edge, placement.position)
             {
                 continue;
@@ -308,6 +323,14 @@ impl Collapser<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether a part of an inner hull would be outside the model.
+    fn would_leave(&self, edge: u32, position: DVec3) -> bool {
+        let surface = &self.state.surface;
+        let ring = (surface.ring(edge))
+            .map(|h| [surface.start(h), surface.end(h)].map(|v| surface.position(v)));
+        (self.inside).is_some_and(|inside| !inside.holds(ring, position))
     }
 
     fn would_cross_itself(&mut self, edge: u32, position: DVec3) -> bool {

@@ -9,6 +9,8 @@
 
 mod coarse;
 mod collapse;
+mod colours;
+mod inside;
 mod placement;
 mod progressive;
 mod self_crossing;
@@ -29,7 +31,7 @@ pub use progressive::{HullLevel, LevelSummary, ProgressiveHull};
 pub use self_crossing::count_self_crossings;
 pub use sequence::{MAGIC as SEQUENCE_MAGIC, SequenceError};
 pub use tighten::Tightening;
-pub use verify::{VerifyParams, VerifyReport, verify};
+pub use verify::{VerifyParams, VerifyReport, verify, verify_inner};
 
 /// What hull to make.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,7 +154,12 @@ pub fn build(
         mesh.faces.len().saturating_sub(limits.faces) as u64,
     );
     let surface = Surface::new(scaled.positions.clone(), &scaled.faces);
-    let collapsed = collapse::collapse(surface, &original, volume, &limits, params, monitor)?;
+    let model = collapse::Model {
+        mesh: &scaled,
+        tree: &original,
+        volume,
+    };
+    let collapsed = collapse::collapse(surface, &model, &limits, params, monitor)?;
     monitor.finish(Stage::Hull);
     Ok(ProgressiveHull {
         collapsed,

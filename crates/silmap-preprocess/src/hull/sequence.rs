@@ -47,13 +47,20 @@ pub enum SequenceError {
     /// It was cut short or changed.
     #[error("the sequence of hulls is damaged: {what}")]
     Damaged {
-        /// What does not fit.
-        what: &'static str,
+        /// What does not fit, and where.
+        what: String,
     },
 }
 
-fn damaged<T>(what: &'static str) -> Result<T, SequenceError> {
-    Err(SequenceError::Damaged { what })
+/// Largest coordinate that is read, in the collapsed surface's lengths, of which the model takes about one: the cube of a
+/// larger one is no number.
+const LARGEST_COORDINATE: f64 = 1e100;
+
+/// By which the volumes of all splits may miss the volume between base mesh and model, as a share of both.
+const VOLUME_SLACK_REL: f64 = 1e-3;
+
+fn damaged<T>(what: impl Into<String>) -> Result<T, SequenceError> {
+    Err(SequenceError::Damaged { what: what.into() })
 }
 
 impl ProgressiveHull {
@@ -129,15 +136,18 @@ impl ProgressiveHull {
         let mut body = Reader(head.0);
         let kind = body.number()?;
         if kind > 3 {
-            return damaged("its kind is none");
+            return damaged(format!("its kind is {kind}, and 3 is the largest"));
         }
         let (is_inner, may_cross_itself) = (kind & 1 != 0, kind & 2 == 0);
         let original_faces = body.number()? as usize;
         let (unit, distance_limit) = (body.real()?, body.real()?);
-        if !(unit.is_normal() && unit == unit.log2().round().exp2()) || distance_limit.is_nan() {
-            return damaged("its scale is none");
+        if !(unit.is_normal() && unit == unit.log2().round().exp2()) {
+            return damaged(format!("its scale is {unit:e}, which is no power of two"));
         }
-        let collapsed = read_collapsed(&mut body, original_faces)?;
+        if distance_limit.is_nan() || distance_limit < 0.0 {
+            return damaged(format!("its limit on distance is {distance_limit}"));
+        }
+        let collapsed = read_collapsed(&mut body, original_faces, unit)?;
         let (scaled, ends) = undo(&collapsed)?;
         let outward = TriangleMesh {
             faces: (scaled.faces.iter())
@@ -146,13 +156,15 @@ impl ProgressiveHull {
             positions: scaled.positions.clone(),
             ..TriangleMesh::default()
         };
-        if ClosedMesh::try_from(outward).is_err() {
-            return damaged("its model is no closed mesh");
+        if let Err(defects) = ClosedMesh::try_from(outward) {
+            return damaged(format!("its model is no closed mesh: {defects}"));
         }
         redo(&scaled, &collapsed, &ends)?;
+        let original_volume = scaled.volume();
+        check_volumes(&collapsed, original_volume)?;
         Ok(Self {
             original: Bvh::new(&scaled),
-            original_volume: scaled.volume(),
+            original_volume,
             collapsed,
             scaled,
             original_faces,
@@ -179,63 +191,82 @@ impl ProgressiveHull {
     }
 }
 
-fn read_collapsed(body: &mut Reader<'_>, faces: usize) -> Result<Collapsed, SequenceError> {
+fn read_collapsed(
+    body: &mut Reader<'_>,
+    faces: usize,
+    unit: f64,
+) -> Result<Collapsed, SequenceError> {
     let vertices = body.number()?;
     let base_faces = body.number()? as usize;
     let splits = body.number()? as usize;
     // Before room is made for them.
-    let least = base_faces * 16 + vertices as usize * 48 + splits * 156;
-    if body.0.len() < least || faces != base_faces + 2 * splits {
-        return damaged("its counts do not fit");
+    let least = base_faces as u64 * 16 + u64::from(vertices) * 48 + splits as u64 * 156;
+    if (body.0.len() as u64) < least || faces as u64 != base_faces as u64 + 2 * splits as u64 {
+        return damaged(format!(
+            "its counts ({faces} faces, {vertices} vertices, {base_faces} faces of the base mesh, {splits} splits) do not fit \
+             together or its length"
+        ));
     }
-    let face = |id: u32| {
+    let face = |id: u32, by: Element| {
         let is_known = (id as usize) < faces;
         if is_known {
             Ok(id)
         } else {
-            damaged("it names a face that does not exist")
+            damaged(format!("{by} names face {id} of {faces}"))
         }
     };
-    let vertex = |id: u32| {
+    let vertex = |id: u32, by: Element| {
         let is_known = id < vertices;
         if is_known {
             Ok(id)
         } else {
-            damaged("it names a vertex that does not exist")
+            damaged(format!("{by} names vertex {id} of {vertices}"))
+        }
+    };
+    let right = |points: [DVec3; 2], of: Element| {
+        let is_wrong = |c: &f64| !(c.abs() <= LARGEST_COORDINATE && (c * unit).is_finite());
+        match points.iter().flat_map(DVec3::to_array).find(is_wrong) {
+            None => Ok(points),
+            Some(c) => damaged(format!("{of} has the coordinate {c:e}")),
         }
     };
     let mut origin = vec![GONE; faces * 3];
-    for _ in 0..base_faces {
-        let first = face(body.number()?)? as usize * 3;
+    for place in 0..base_faces {
+        let by = Element::Face(place);
+        let first = face(body.number()?, by)? as usize * 3;
         for k in 0..3 {
-            origin[first + k] = vertex(body.number()?)?;
+            origin[first + k] = vertex(body.number()?, by)?;
         }
     }
     let (mut positions, mut surface_points) = (Vec::new(), Vec::new());
-    for _ in 0..vertices {
-        let [p, q] = body.points()?;
+    for place in 0..vertices {
+        let [p, q] = right(body.points()?, Element::Vertex(place))?;
         positions.push(p);
         surface_points.push(q);
     }
     let (mut steps, mut moved) = (Vec::with_capacity(splits), Vec::new());
-    for _ in 0..splits {
-        let (kept, removed) = (vertex(body.number()?)?, vertex(body.number()?)?);
+    for place in 0..splits {
+        let by = Element::Split(place);
+        let (kept, removed) = (vertex(body.number()?, by)?, vertex(body.number()?, by)?);
         let mut faces_of_step = [(0, [0; 3]); 2];
         for (id, corners) in &mut faces_of_step {
-            *id = face(body.number()?)?;
+            *id = face(body.number()?, by)?;
             for corner in corners {
-                *corner = vertex(body.number()?)?;
+                *corner = vertex(body.number()?, by)?;
             }
         }
-        let (ends, points) = (body.points()?, body.points()?);
+        let (ends, points) = (right(body.points()?, by)?, right(body.points()?, by)?);
         let (added_volume, distance) = (body.real()?, body.real()?);
-        if !added_volume.is_finite() || !distance.is_finite() {
-            return damaged("a number in it is none");
+        if !(added_volume >= 0.0 && added_volume.is_finite()) {
+            return damaged(format!("{by} takes away a volume of {added_volume:e}"));
+        }
+        if !(distance >= 0.0 && (distance * unit).is_finite()) {
+            return damaged(format!("{by} has a distance of {distance:e}"));
         }
         let first = moved.len();
         for _ in 0..body.number()? {
             let h = body.number()?;
-            face(h / 3)?;
+            face(h / 3, by)?;
             moved.push(h);
         }
         steps.push(Step {
@@ -255,7 +286,7 @@ fn read_collapsed(body: &mut Reader<'_>, faces: usize) -> Result<Collapsed, Sequ
         });
     }
     if !body.0.is_empty() {
-        return damaged("something follows its end");
+        return damaged(format!("{} bytes follow its end", body.0.len()));
     }
     steps.reverse();
     Ok(Collapsed {
@@ -265,6 +296,25 @@ fn read_collapsed(body: &mut Reader<'_>, faces: usize) -> Result<Collapsed, Sequ
         steps,
         moved,
     })
+}
+
+/// A part of the file, numbered from zero in the order of the file.
+#[derive(Clone, Copy, Debug)]
+enum Element {
+    /// A face of the base mesh.
+    Face(usize),
+    Vertex(u32),
+    Split(usize),
+}
+
+impl std::fmt::Display for Element {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Face(place) => write!(f, "face {place} of its base mesh"),
+            Self::Vertex(place) => write!(f, "vertex {place}"),
+            Self::Split(place) => write!(f, "split {place}"),
+        }
+    }
 }
 
 /// Makes all splits: the model, and where each collapse had put its vertex.
@@ -280,8 +330,9 @@ fn undo(collapsed: &Collapsed) -> Result<(TriangleMesh, Vec<DVec3>), SequenceErr
         }
     }
     ends.reverse();
-    if origin.contains(&GONE) || !positions.iter().all(|p| p.is_finite()) {
-        return damaged("its splits do not lead to a mesh");
+    if let Some(h) = origin.iter().position(|&v| v == GONE) {
+        let face = h / 3;
+        return damaged(format!("no split leads to face {face} of the model"));
     }
     let faces = origin.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect();
     Ok((
@@ -294,26 +345,47 @@ fn undo(collapsed: &Collapsed) -> Result<(TriangleMesh, Vec<DVec3>), SequenceErr
     ))
 }
 
+/// Whether the splits take away what lies between the base mesh and the model.
+fn check_volumes(collapsed: &Collapsed, original_volume: f64) -> Result<(), SequenceError> {
+    let base = TriangleMesh {
+        positions: collapsed.positions.clone(),
+        faces: (collapsed.origin.chunks_exact(3))
+            .filter(|f| f[0] != GONE)
+            .map(|f| [f[0], f[1], f[2]])
+            .collect(),
+        ..TriangleMesh::default()
+    };
+    let between = base.volume() - original_volume;
+    let taken: f64 = collapsed.steps.iter().map(|s| s.added_volume).sum();
+    if (taken - between).abs() <= VOLUME_SLACK_REL * (original_volume.abs() + between.abs()) {
+        return Ok(());
+    }
+    damaged(format!(
+        "its splits take away a volume of {taken:e}, but {between:e} lies between base mesh and model"
+    ))
+}
+
 /// Does all collapses again from the model on, which must be closed: whether they are what the splits undo.
 fn redo(model: &TriangleMesh, collapsed: &Collapsed, ends: &[DVec3]) -> Result<(), SequenceError> {
     let mut surface = Surface::new(model.positions.clone(), &model.faces);
     let mut moved = Vec::new();
-    for (step, &end) in collapsed.steps.iter().zip(ends) {
+    for (place, (step, &end)) in collapsed.steps.iter().zip(ends).enumerate() {
+        let split = collapsed.steps.len() - 1 - place;
         let wanted = &step.contraction;
         let first = wanted.faces[0].0 * 3;
         let Some(edge) = (first..first + 3).find(|&h| {
             !surface.is_gone(h)
                 && [surface.start(h), surface.end(h)] == [wanted.kept, wanted.removed]
         }) else {
-            return damaged("a split has no edge");
+            return damaged(format!("split {split} has no edge"));
         };
         if !surface.can_contract(edge) {
-            return damaged("a split does not leave a closed mesh");
+            return damaged(format!("split {split} does not leave a closed mesh"));
         }
         moved.clear();
         let done = surface.contract(edge, end, &mut moved);
         if done != *wanted || moved != collapsed.moved[step.moved.clone()] {
-            return damaged("a split is not what a collapse undoes");
+            return damaged(format!("split {split} is not what a collapse undoes"));
         }
     }
     Ok(())

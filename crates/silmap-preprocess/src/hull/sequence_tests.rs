@@ -96,3 +96,69 @@ fn changed_bytes_never_pass_nor_panic() {
     }
     assert!(refused > 10, "{refused}");
 }
+
+/// Offsets of what follows the header: the vertices of the base mesh, and the first split.
+fn places(bytes: &[u8]) -> [usize; 2] {
+    let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    let (vertices, base_faces) = (number(40), number(44));
+    let first_vertex = 52 + base_faces * 16;
+    [first_vertex, first_vertex + vertices * 48]
+}
+
+#[test]
+fn numbers_that_are_none_are_named_with_their_element() {
+    for inner in [false, true] {
+        let bytes = sequence(inner).to_bytes();
+        let [vertices, splits] = places(&bytes);
+        let written = |at: usize, value: f64| {
+            let mut changed = bytes.clone();
+            changed[at..at + 8].copy_from_slice(&value.to_le_bytes());
+            ProgressiveHull::from_bytes(&sealed(changed)).map(|_| ())
+        };
+        let of_vertices = (0..6).map(|k| (vertices + 48 * 7 + 8 * k, "vertex 7"));
+        let of_split = (0..14).map(|k| (splits + 40 + 8 * k, "split 0"));
+        for (at, name) in of_vertices.chain(of_split) {
+            for value in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1e200, f64::MAX] {
+                let Err(SequenceError::Damaged { what }) = written(at, value) else {
+                    panic!("{value} at byte {at} passes");
+                };
+                assert!(what.contains(name), "{value} at byte {at}: {what}");
+            }
+        }
+        // Volumes and distances that are numbers, but not those of the hulls.
+        assert!(written(splits + 40 + 96, -1.0).is_err());
+        assert!(written(splits + 40 + 96, 1e3).is_err());
+        assert!(written(splits + 40 + 104, -1.0).is_err());
+        for unit in [0.0, 3.0, -2.0, f64::NAN, f64::INFINITY, 5e-324] {
+            assert!(written(24, unit).is_err(), "unit {unit}");
+        }
+        for limit in [f64::NAN, -1.0] {
+            assert!(written(32, limit).is_err(), "limit {limit}");
+        }
+    }
+}
+
+#[test]
+fn counts_are_held_against_the_bytes_and_indices_against_counts() {
+    let bytes = sequence(false).to_bytes();
+    let [_, splits] = places(&bytes);
+    let written = |at: usize, value: u32| {
+        let mut changed = bytes.clone();
+        changed[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        match ProgressiveHull::from_bytes(&sealed(changed)) {
+            Err(SequenceError::Damaged { what }) => what,
+            other => panic!("{value} at byte {at}: {:?}", other.map(|_| ())),
+        }
+    };
+    for at in [20, 40, 44, 48] {
+        for value in [0, u32::MAX, u32::MAX / 2] {
+            written(at, value);
+        }
+    }
+    assert!(written(52 + 16, u32::MAX).contains("face 1 of its base mesh"));
+    assert!(written(52 + 16 + 4, 1 << 30).contains("face 1 of its base mesh names vertex"));
+    assert!(written(splits, 1 << 30).contains("split 0 names vertex"));
+    assert!(written(splits + 8, 1 << 30).contains("split 0 names face"));
+    // More corners than there are bytes.
+    written(splits + 152, u32::MAX);
+}

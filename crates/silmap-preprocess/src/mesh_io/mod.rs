@@ -29,7 +29,7 @@ pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError}
 pub use self::painted::{PaintedFiles, encode_painted};
 use self::raw::RawMesh;
 use self::weld::{Welded, weld};
-pub use self::write::{check_output, encode, write};
+pub use self::write::{check_output, encode, holds_colours, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
@@ -73,7 +73,23 @@ enum Format {
 /// When the file cannot be read or understood; when the mesh is not closed and oriented and the options do not allow to
 /// mend it; when mending fails. One sentence that names the file and the first offending element.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, MeshIoError> {
-    let raw = read_file(path)?;
+    load_bytes(path, &read_whole(path)?, options)
+}
+
+/// The bytes behind a path, which may be a pipe: so they are read once, whatever they turn out to be.
+///
+/// # Errors
+/// When they cannot be read.
+pub fn read_whole(path: &Path) -> Result<Vec<u8>, MeshIoError> {
+    crate::input::read(path).map_err(|source| at(path, MeshFault::Unreadable { source }))
+}
+
+/// As [`load`], of bytes that were read from `path` before.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Loaded, MeshIoError> {
+    let raw = read_named(path, bytes)?;
     let (mesh, warnings) = close(raw, options).map_err(|fault| at(path, fault))?;
     Ok(Loaded {
         mesh,
@@ -103,11 +119,14 @@ fn at(path: &Path, fault: MeshFault) -> MeshIoError {
 }
 
 fn read_file(path: &Path) -> Result<RawMesh, MeshIoError> {
-    let bytes =
-        crate::input::read(path).map_err(|source| at(path, MeshFault::Unreadable { source }))?;
+    read_named(path, &read_whole(path)?)
+}
+
+/// Reads a file's content by its name.
+fn read_named(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshIoError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let folder = path.parent().unwrap_or(Path::new(""));
-    read_bytes(&bytes, extension.as_deref().unwrap_or_default(), folder)
+    read_bytes(bytes, extension.as_deref().unwrap_or_default(), folder)
         .map_err(|fault| at(path, fault))
 }
 

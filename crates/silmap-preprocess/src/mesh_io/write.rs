@@ -49,6 +49,13 @@ pub fn check_output(path: &Path) -> Result<(), MeshIoError> {
     encoder(path).map(drop).map_err(|fault| at(path, fault))
 }
 
+/// Whether the format that the file's extension names is written with colours.
+#[must_use]
+pub fn holds_colours(path: &Path) -> bool {
+    let is_stl = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("stl");
+    !path.extension().is_some_and(is_stl)
+}
+
 fn encoder(path: &Path) -> Result<Encoder, MeshFault> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {

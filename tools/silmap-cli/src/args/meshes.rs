@@ -42,7 +42,7 @@ Examples:
 pub(crate) struct HullArgs {
     /// The mesh, or a sequence saved by --sequence
     pub(crate) model: PathBuf,
-    /// The hull to write: .obj, .ply or .glb
+    /// The hull to write: .obj, .ply, .off, .stl or .glb; all but .stl hold the model's colours, at vertices
     #[arg(short, long, value_name = "HULL")]
     pub(crate) out: PathBuf,
     /// Stop at this many faces [default: 500, unless another limit is given]
@@ -71,7 +71,11 @@ pub(crate) struct HullArgs {
     pub(crate) strip: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
-    /// Check independently that nothing of the model is outside
+    /// Check independently that nothing of the model is outside, or of an inner hull outside the model; exit code 1 if something is
+    ///
+    /// Looked at are all vertices of what has to be inside, all places where its triangles and those of the other pass through one
+    /// another, and 20,000 random points of its surface. So a hull that nowhere passes through the model's surface is proved by its
+    /// vertices; where it does, what is outside may be missed if it is smaller than about a fortieth of the model's radius.
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]

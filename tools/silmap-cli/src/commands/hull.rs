@@ -1,19 +1,19 @@
 //! `silmap hull`: a coarse enclosing mesh alone.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use serde::Serialize;
-use silmap_geometry::{Appearance, Bvh, ColourImage, TriangleMesh};
-use silmap_preprocess::hull::{self, HullLevel, HullParams, ProgressiveHull, VerifyParams};
+use silmap_geometry::{Appearance, ColourImage, TriangleMesh};
+use silmap_preprocess::hull::{
+    self, HullLevel, HullParams, ProgressiveHull, VerifyParams, VerifyReport,
+};
 use silmap_preprocess::mesh_io;
 
 use crate::args::HullArgs;
-use crate::files::load_model;
+use crate::files::{load_model_bytes, read};
 use crate::output::{self, OutputFile, Staging};
 use crate::pictures::encode_png;
 use crate::progress::Progress;
@@ -57,19 +57,20 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         faces,
         since,
     } = take_in(args, &progress)?;
+    let radius = model.bounds().radius;
+    let distance = (args.max_distance).map_or(f64::INFINITY, |d| d.in_units(radius));
     let level = progress
-        .watch(|monitor| sequence.tightened_level(faces, args.tighten.into(), monitor))
+        .watch(|monitor| sequence.tightened_within(faces, args.tighten.into(), distance, monitor))
         .with_context(named)?;
     // What is verified is what is written.
-    let hull = as_written(&level, &model, &args.out);
+    let Written { hull, moved } = as_written(&level, &model, &args.out);
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
-        let (enclosed, enclosing) = if level.is_inner {
-            (&hull, &model)
-        } else {
-            (&model, &hull)
-        };
-        hull::verify(enclosed, enclosing, &VerifyParams::default())
+        let params = VerifyParams::default();
+        match level.is_inner {
+            true => hull::verify_inner(&hull, &model, &params),
+            false => hull::verify(&model, &hull, &params),
+        }
     });
     let mut staging = Staging::default();
     staging.add(&file, &mesh_io::encode(&args.out, &hull)?)?;
@@ -80,6 +81,10 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         staging.add(file, &encode_png(&strip_of(&sequence, &hull)?)?)?;
     }
     staging.publish()?;
+    for sentence in what_fell_short(args, &level, moved, &model) {
+        output::warn(&format!("{}: {sentence}", args.out.display()));
+    }
+    warn_of_what_is_left_out(args, &model.appearance);
     let (volume, original_volume) = (hull.volume(), model.volume());
     let result = HullJson {
         faces: hull.faces.len(),
@@ -93,10 +98,118 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         self_intersections: (args.verify).then(|| hull::count_self_crossings(&hull)),
     };
     if args.output.json {
-        return output::print_json(&result);
+        output::print_json(&result)?;
+    } else {
+        tell(args, &result);
     }
-    tell(args, &result);
-    Ok(())
+    match check {
+        Some(check) if !check.encloses => Err(not_verified(args, &check, level.is_inner)),
+        _ => Ok(()),
+    }
+}
+
+/// The sentence that ends a command whose hull is written, and wrong.
+fn not_verified(args: &HullArgs, check: &VerifyReport, is_inner: bool) -> anyhow::Error {
+    let what = match is_inner {
+        true => "it pokes out of the model",
+        false => "the model pokes out of it",
+    };
+    anyhow::anyhow!(
+        "{}: the hull is written but not verified: {what}, by up to {:.3e} units",
+        args.out.display(),
+        check.escaped_distance
+    )
+}
+
+/// What was asked for and is not so in what is written.
+fn what_fell_short(
+    args: &HullArgs,
+    level: &HullLevel,
+    moved: f64,
+    model: &TriangleMesh,
+) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let distance = args.max_distance.map(|d| d.in_units(model.bounds().radius));
+    let reached = level.mesh.faces.len();
+    if let Some(wanted) = args.faces
+        && reached > wanted as usize
+    {
+        let mut keeps = vec![match level.is_inner {
+            true => "inside the model".to_owned(),
+            false => "around the model".to_owned(),
+        }];
+        if let Some(ratio) = args.volume_ratio {
+            keeps.push(format!("within {ratio} times its volume"));
+        }
+        if let Some(distance) = distance {
+            keeps.push(format!("within {distance} units of it"));
+        }
+        if args.no_self_intersections {
+            keeps.push("from passing through itself".to_owned());
+        }
+        sentences.push(format!(
+            "the hull stopped at {reached} faces: no further collapse keeps it {} ({wanted} asked for)",
+            keeps.join(" and ")
+        ));
+    }
+    let rounding = VerifyParams::default().tolerance_rel;
+    if let Some(wanted) = args.volume_ratio {
+        let ratio = level.volume_ratio;
+        let is_past = match level.is_inner {
+            true => ratio < wanted * (1.0 - rounding),
+            false => ratio > wanted * (1.0 + rounding),
+        };
+        if is_past {
+            sentences.push(format!(
+                "the hull has {ratio:.6} times the model's volume ({wanted} asked for)"
+            ));
+        }
+    }
+    if let Some(wanted) = distance
+        && level.distance + moved > wanted + rounding * model.bounds().radius
+    {
+        sentences.push(format!(
+            "the hull's vertices are up to {:.4e} units from the model ({wanted} asked for)",
+            level.distance + moved
+        ));
+    }
+    sentences
+}
+
+/// Says which parts of the model's looks are not in the files.
+fn warn_of_what_is_left_out(args: &HullArgs, appearance: &Appearance) {
+    let has_colour = !appearance.is_plain();
+    if has_colour && let Some(file) = &args.sequence {
+        let what = "a sequence of hulls holds no colours: the model's are left out";
+        output::warn(&format!("{}: {what}", file.display()));
+    }
+    let mut left_out = Vec::new();
+    if !appearance.corner_uvs.is_empty() {
+        left_out.push("texture coordinates");
+    }
+    if appearance.materials.iter().any(|m| m.texture.is_some()) {
+        left_out.push("textures");
+    }
+    if !appearance.materials.is_empty() {
+        left_out.push("materials");
+    }
+    let holds_colours = mesh_io::holds_colours(&args.out);
+    if has_colour && !holds_colours {
+        left_out.push("colours");
+    }
+    let (last, first) = match left_out.split_last() {
+        None => return,
+        Some((last, [])) => (*last, String::new()),
+        Some((last, first)) => (*last, format!("{} and ", first.join(", "))),
+    };
+    let instead = match has_colour && holds_colours {
+        true => ": the hull has the model's colours at its vertices",
+        false => "",
+    };
+    output::warn(&format!(
+        "{}: the model's {first}{last} are left out{instead}",
+        args.out.display()
+    ));
 }
 
 /// What the hull is taken out of.
@@ -112,7 +225,9 @@ struct Given {
 /// Reads a model and collapses it, or reads a sequence.
 fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
     let named = || args.model.display().to_string();
-    if let Some(bytes) = saved_sequence(&args.model).with_context(named)? {
+    // Once, as it may be a pipe.
+    let bytes = read(&args.model)?;
+    if bytes.starts_with(&hull::SEQUENCE_MAGIC) {
         let since = Instant::now();
         let sequence = ProgressiveHull::from_bytes(&bytes).with_context(named)?;
         if args.inner && !sequence.is_inner() {
@@ -134,7 +249,8 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
             since,
         });
     }
-    let model = load_model(&args.model, args.mending)?;
+    let model = load_model_bytes(&args.model, &bytes, args.mending)?;
+    drop(bytes);
     let params = params_from_args(args, model.mesh.bounds().radius);
     let since = Instant::now();
     let sequence = progress
@@ -148,19 +264,6 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
     })
 }
 
-/// The bytes of a file that begins as a sequence does.
-fn saved_sequence(path: &Path) -> std::io::Result<Option<Vec<u8>>> {
-    let mut first = [0; hull::SEQUENCE_MAGIC.len()];
-    // Whatever else is wrong with the file is for the reader of meshes to say.
-    let Ok(mut file) = File::open(path) else {
-        return Ok(None);
-    };
-    if file.read_exact(&mut first).is_err() || first != hull::SEQUENCE_MAGIC {
-        return Ok(None);
-    }
-    std::fs::read(path).map(Some)
-}
-
 /// The model, levels between, and the hull as it was written.
 fn strip_of(sequence: &ProgressiveHull, hull: &TriangleMesh) -> anyhow::Result<ColourImage> {
     let model = sequence.model();
@@ -172,37 +275,34 @@ fn strip_of(sequence: &ProgressiveHull, hull: &TriangleMesh) -> anyhow::Result<C
     strip::draw(&meshes)
 }
 
-/// The level as it is written, with the colours of the model's vertices where it has such: in single precision, as readers mostly
+/// A hull as it is written.
+struct Written {
+    hull: TriangleMesh,
+    /// Largest distance that rounding moved a vertex, in the model's units.
+    moved: f64,
+}
+
+/// The level as it is written, with the model's colours at its vertices where it has such: in single precision, as readers mostly
 /// take it in, unless the model is so far from the origin that too much would poke out, and the format holds more.
-fn as_written(level: &HullLevel, model: &TriangleMesh, path: &Path) -> TriangleMesh {
+fn as_written(level: &HullLevel, model: &TriangleMesh, path: &Path) -> Written {
     let rounded = level.round();
     let most = VerifyParams::default().tolerance_rel * model.bounds().radius;
     let is_glb = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
-    let positions = if rounded.leak <= most || is_glb {
-        rounded.hull.positions.into_iter().map(double).collect()
+    let (positions, moved) = if rounded.leak <= most || is_glb {
+        let single = rounded.hull.positions.into_iter();
+        (single.map(double).collect(), rounded.moved)
     } else {
-        level.mesh.positions.clone()
+        (level.mesh.positions.clone(), 0.0)
     };
-    let mut appearance = Appearance::default();
-    if !model.appearance.corner_colours.is_empty() {
-        let bvh = Bvh::new(model);
-        let colour = |&p: &DVec3| {
-            let (_, face, weights) = bvh.closest_point(p);
-            let weights = weights.map(|w| w as f32);
-            model.appearance.albedo(face as usize, weights)
-        };
-        let colours: Vec<[f32; 3]> = level.surface_points.iter().map(colour).collect();
-        let of_corners = |face: &[u32; 3]| face.map(|v| colours[v as usize]);
-        appearance.corner_colours = level.mesh.faces.iter().map(of_corners).collect();
-    }
-    TriangleMesh {
-        appearance,
+    let hull = TriangleMesh {
+        appearance: level.appearance(model),
         positions,
         faces: level.mesh.faces.clone(),
-    }
+    };
+    Written { hull, moved }
 }
 
 fn tell(args: &HullArgs, result: &HullJson) {

@@ -15,9 +15,10 @@ mod recollapse;
 use glam::DVec3;
 use silmap_geometry::{Bvh, TriangleMesh};
 
+use super::inside::Inside;
 use super::self_crossing::FaceTree;
 use super::surface::Surface;
-use super::{HullError, HullLevel, ProgressiveHull, VerifyParams, verify};
+use super::{HullError, HullLevel, ProgressiveHull, VerifyParams, verify, verify_inner};
 use crate::progress::Monitor;
 use model::Model;
 use patch::Patch;
@@ -85,6 +86,21 @@ impl ProgressiveHull {
         tightening: Tightening,
         monitor: &Monitor<'_>,
     ) -> Result<HullLevel, HullError> {
+        self.tightened_within(faces, tightening, f64::INFINITY, monitor)
+    }
+
+    /// The same, with no vertex placed farther than `distance` from the model, in its units.
+    ///
+    /// # Errors
+    /// When the caller asks to stop.
+    pub fn tightened_within(
+        &self,
+        faces: usize,
+        tightening: Tightening,
+        distance: f64,
+        monitor: &Monitor<'_>,
+    ) -> Result<HullLevel, HullError> {
+        let distance = self.distance_limit.min(distance / self.unit);
         let mut best = self.level(faces);
         for schedule in tightening.schedules() {
             // What goes wrong, does so where the hull passes through itself: then once more without that.
@@ -92,7 +108,7 @@ impl ProgressiveHull {
                 if may_cross_itself && !self.may_cross_itself {
                     continue;
                 }
-                let level = self.tightened(faces, schedule, may_cross_itself, monitor)?;
+                let level = self.tightened(faces, schedule, may_cross_itself, distance, monitor)?;
                 if !self.is_right(&level) {
                     continue;
                 }
@@ -112,6 +128,7 @@ impl ProgressiveHull {
         faces: usize,
         schedule: &Schedule,
         may_cross_itself: bool,
+        distance: f64,
         monitor: &Monitor<'_>,
     ) -> Result<HullLevel, HullError> {
         let (surface, face_count) = self.surface_at(faces.saturating_mul(schedule.start));
@@ -128,7 +145,11 @@ impl ProgressiveHull {
             patch: Patch::default(),
             face_count,
             volume: self.original_volume.abs(),
-            distance: self.distance_limit,
+            distance,
+            inside: (self.is_inner).then_some(Inside {
+                model: &self.scaled,
+                tree: &self.original,
+            }),
         };
         tightener.sweep_until_done(schedule.sweeps[0], monitor)?;
         tightener.collapse_to(faces, monitor)?;
@@ -153,17 +174,14 @@ impl ProgressiveHull {
             faces: self.scaled.faces.iter().map(|&f| self.outward(f)).collect(),
             ..TriangleMesh::default()
         };
-        let (inside, outside) = if self.is_inner {
-            (&hull, &model)
-        } else {
-            (&model, &hull)
-        };
         let params = VerifyParams {
             samples: CHECK_SAMPLES,
             ..VerifyParams::default()
         };
-        let report = verify(inside, outside, &params);
-        report.encloses && (self.is_inner || !is_inside_out(&hull))
+        if self.is_inner {
+            return verify_inner(&hull, &model, &params).encloses;
+        }
+        verify(&model, &hull, &params).encloses && !is_inside_out(&hull)
     }
 }
 
@@ -195,6 +213,8 @@ struct Tightener<'a> {
     volume: f64,
     /// Farthest that a vertex may be from the model.
     distance: f64,
+    /// What an inner hull may not leave.
+    inside: Option<Inside<'a>>,
 }
 
 impl Tightener<'_> {
@@ -271,7 +291,11 @@ impl Tightener<'_> {
     }
 
     fn is_allowed(&self, at: DVec3) -> bool {
-        self.patch.is_sound(at) && self.model.is_near(self.patch.origin + at, self.distance)
+        let position = self.patch.origin + at;
+        self.patch.is_sound(at)
+            && self.model.is_near(position, self.distance)
+            && (self.inside)
+                .is_none_or(|inside| inside.holds(self.patch.ring_places.iter().copied(), position))
     }
 }
 

@@ -5,7 +5,7 @@ use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 
 use super::is_inside_out;
 use crate::hull::{
-    HullLevel, HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify,
+    HullLevel, HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify, verify_inner,
 };
 use crate::{Monitor, models};
 
@@ -32,12 +32,11 @@ fn tightened(hull: &ProgressiveHull, faces: usize, how: Tightening) -> HullLevel
 }
 
 fn assert_encloses(mesh: &ClosedMesh, level: &HullLevel, name: &str) {
-    let (inside, outside) = if level.is_inner {
-        (&level.mesh, mesh.mesh())
+    let report = if level.is_inner {
+        verify_inner(&level.mesh, mesh.mesh(), &ROUNDING)
     } else {
-        (mesh.mesh(), &level.mesh)
+        verify(mesh.mesh(), &level.mesh, &ROUNDING)
     };
-    let report = verify(inside, outside, &ROUNDING);
     assert!(report.encloses, "{name}: {report:?}");
     ClosedMesh::try_from(level.mesh.clone()).unwrap();
     assert!((level.mesh.volume() - level.volume).abs() < 1e-9 * level.volume);
@@ -96,8 +95,14 @@ fn no_part_of_it_is_inside_out() {
     for faces in [60, 80, 100] {
         let hull = hull_of(&mesh, &params(faces));
         for schedule in Tightening::Best.schedules() {
-            let free =
-                (hull.tightened(faces as usize, schedule, true, &Monitor::silent())).unwrap();
+            let free = (hull.tightened(
+                faces as usize,
+                schedule,
+                true,
+                f64::INFINITY,
+                &Monitor::silent(),
+            ))
+            .unwrap();
             n_wrong += u32::from(is_inside_out(&free.mesh));
         }
         for how in [Tightening::Fast, Tightening::Best] {
