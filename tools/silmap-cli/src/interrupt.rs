@@ -5,8 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::Context;
 use silmap_preprocess::Interrupted;
 
-/// Exit code of an interrupted command, the shell's convention for SIGINT.
-pub(crate) const EXIT_INTERRUPTED: u8 = 130;
+use crate::exit::ExitClass;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
@@ -17,7 +16,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 pub(crate) fn install_handler() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(EXIT_INTERRUPTED));
+            std::process::exit(i32::from(ExitClass::Interrupted.code()));
         }
     })
     .context("ctrl-c cannot be handled")

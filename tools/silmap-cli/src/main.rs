@@ -6,6 +6,7 @@ mod camera;
 mod commands;
 mod comparison;
 mod exact_shape;
+mod exit;
 mod files;
 mod interrupt;
 mod machine;
@@ -24,38 +25,10 @@ use anyhow::Context;
 use clap::Parser;
 
 use crate::args::Cli;
-use crate::commands::{NoAdapter, NotAllBuilt};
-use crate::interrupt::EXIT_INTERRUPTED;
-
-/// Exit code when there is no graphics adapter.
-const EXIT_NO_ADAPTER: u8 = 3;
-/// Exit code when the command could not do what it was asked.
-const EXIT_FAILED: u8 = 1;
-/// Exit code when memory, disk or time ran out: it may do elsewhere.
-const EXIT_RESOURCES: u8 = 4;
-/// Exit code of a fault of ours.
-const EXIT_FAULT: u8 = 70;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    match run(cli) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(_) if interrupt::is_requested() => {
-            output::say("silmap: interrupted");
-            ExitCode::from(EXIT_INTERRUPTED)
-        }
-        Err(error) => {
-            output::say(&format!("silmap: error: {error:#}"));
-            let code = if error.is::<NoAdapter>() {
-                EXIT_NO_ADAPTER
-            } else if let Some(NotAllBuilt { code, .. }) = error.downcast_ref() {
-                *code
-            } else {
-                EXIT_FAILED
-            };
-            ExitCode::from(code)
-        }
-    }
+    exit::keep_panics_quiet();
+    exit::run(|| run(Cli::parse()))
 }
 
 fn run(cli: Cli) -> anyhow::Result<()> {

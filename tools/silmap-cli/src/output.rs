@@ -102,11 +102,13 @@ impl OutputFile {
                 ErrorKind::PermissionDenied => "no permission to write there".to_owned(),
                 kind => kind.to_string(),
             };
-            anyhow::anyhow!(
+            let sentence = format!(
                 "{}: nothing can be written to the folder {}: {reason}",
                 self.path.display(),
                 folder.display()
-            )
+            );
+            // Of the same kind, which the exit code depends on.
+            std::io::Error::new(error.kind(), sentence).into()
         })
     }
 }

@@ -6,11 +6,8 @@ use serde_json::{Value, json};
 
 use super::entry::{Entry, one_line};
 use super::record::Status;
-use crate::interrupt::EXIT_INTERRUPTED;
-use crate::{EXIT_FAILED, EXIT_NO_ADAPTER, EXIT_RESOURCES};
+use crate::exit::ExitClass;
 
-/// What clap ends a process with for options that do not go together.
-const EXIT_USAGE: u8 = 2;
 /// A process that held this share of its limit when a signal ended it had run out of memory.
 const NEAR_LIMIT: f64 = 0.8;
 /// The signal that the system sends when memory is short.
@@ -101,15 +98,20 @@ impl Ending<'_> {
             Some(Stopped::TooMuchMemory) => return (Status::Resources, self.no_memory()),
             Some(Stopped::ByUser) | None => {}
         }
-        let code = self.status.code().and_then(|code| u8::try_from(code).ok());
-        match code {
-            Some(EXIT_FAILED | EXIT_USAGE) => (Status::BadInput, said),
-            Some(EXIT_NO_ADAPTER | EXIT_RESOURCES) => (Status::Resources, said),
-            Some(EXIT_INTERRUPTED) => (
+        let class = self.status.code().map(class_of);
+        match class {
+            Some(Ok(ExitClass::BadInput | ExitClass::Usage)) => (Status::BadInput, said),
+            Some(Ok(ExitClass::NoAdapter | ExitClass::Resources)) => (Status::Resources, said),
+            Some(Ok(ExitClass::Interrupted)) => (
                 Status::Resources,
                 format!("{model}: its build was interrupted"),
             ),
-            Some(code) => (Status::Failed, self.fault(&format!("exit code {code}"))),
+            // It says so itself.
+            Some(Ok(ExitClass::Fault)) if !said.is_empty() => {
+                (Status::Failed, format!("{model}: {said}"))
+            }
+            Some(Ok(ExitClass::Fault)) => (Status::Failed, self.fault("exit code 70")),
+            Some(Err(code)) => (Status::Failed, self.fault(&format!("exit code {code}"))),
             None if self.err.contains(NO_MEMORY) || self.is_near_limit() => {
                 (Status::Resources, self.no_memory())
             }
@@ -166,6 +168,21 @@ impl Ending<'_> {
             .or_else(|| lines().rfind(|line| !line.is_empty()).map(str::to_owned))
             .unwrap_or_default()
     }
+}
+
+/// The class of an exit code, or the code that has none.
+fn class_of(code: i32) -> Result<ExitClass, i32> {
+    [
+        ExitClass::BadInput,
+        ExitClass::Usage,
+        ExitClass::NoAdapter,
+        ExitClass::Resources,
+        ExitClass::Fault,
+        ExitClass::Interrupted,
+    ]
+    .into_iter()
+    .find(|class| i32::from(class.code()) == code)
+    .ok_or(code)
 }
 
 #[cfg(unix)]
@@ -283,7 +300,7 @@ mod tests {
                 "silmap: error: a fault",
                 None,
                 Status::Failed,
-                "(exit code 70): a fault",
+                "m.ply: a fault",
             ),
             (
                 exit(0),

@@ -4,11 +4,15 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Component, Path, PathBuf};
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
 
 use anyhow::Context;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
+
+use crate::args::Shard;
 
 /// Longer lines are refused, so that a file that is no list is not read into memory.
 const MAX_LINE_BYTES: u64 = 1 << 20;
@@ -58,7 +62,7 @@ pub(super) struct Item {
 }
 
 /// A list that is being read.
-pub(super) struct List {
+struct List {
     name: String,
     input: Box<dyn BufRead>,
     /// Lines read, blank ones included.
@@ -69,12 +73,37 @@ pub(super) struct List {
     taken: BTreeMap<u64, u64>,
 }
 
+/// Opens a list, `-` for standard input, and reads the models of a part of it on a thread of its own, which waits for the world
+/// outside so that nobody else must.
+///
+/// # Errors
+/// When a thread cannot be started. What is wrong with the list comes out of the channel.
+pub(super) fn read(path: &Path, shard: Shard) -> anyhow::Result<Receiver<anyhow::Result<Item>>> {
+    let (sender, items) = mpsc::sync_channel(1);
+    let path = path.to_owned();
+    let read = move || {
+        let mut list = match List::open(&path) {
+            Ok(list) => list,
+            // Nobody listens after an interrupt, here and below.
+            Err(error) => return drop(sender.send(Err(error))),
+        };
+        loop {
+            let item = list.next(|place| shard.holds(place));
+            let item = item.with_context(|| list.name.clone()).transpose();
+            let Some(item) = item else { return };
+            let is_last = item.is_err();
+            if sender.send(item).is_err() || is_last {
+                return;
+            }
+        }
+    };
+    (thread::Builder::new().spawn(read)).context("a thread cannot be started")?;
+    Ok(items)
+}
+
 impl List {
-    /// Opens a list; `-` is standard input.
-    ///
-    /// # Errors
-    /// One sentence with the file's name.
-    pub(super) fn open(path: &Path) -> anyhow::Result<Self> {
+    /// Opens a list.
+    fn open(path: &Path) -> anyhow::Result<Self> {
         let (name, input): (_, Box<dyn BufRead>) = if path == Path::new("-") {
             (
                 "standard input".to_owned(),
@@ -98,15 +127,11 @@ impl List {
         }
     }
 
-    pub(super) fn name(&self) -> String {
-        self.name.clone()
-    }
-
     /// The next model whose place in the list is wanted; the first model has place 1. Blank lines have no place.
     ///
     /// # Errors
     /// When the list cannot be read on.
-    pub(super) fn next(&mut self, wanted: impl Fn(u64) -> bool) -> io::Result<Option<Item>> {
+    fn next(&mut self, wanted: impl Fn(u64) -> bool) -> io::Result<Option<Item>> {
         while let Some(line) = self.read_line()? {
             self.number += 1;
             if line

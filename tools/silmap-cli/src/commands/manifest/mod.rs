@@ -14,18 +14,24 @@ mod record;
 use std::fs;
 use std::io::IsTerminal;
 use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
 
 use anyhow::Context;
 use indicatif::ProgressBar;
 
 use crate::args::{ManifestArgs, Shard};
+use crate::exit::ExitClass;
 use crate::interrupt;
 use crate::output;
 use entry::{Entry, Shared};
-use list::{Item, List};
+use list::Item;
 use record::{Line, Record, Status};
 
 pub(crate) use child::end_with_reader;
+
+/// How often the wish to stop is looked at while the list has nothing new.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// How many models ended in which way.
 #[derive(Debug, Default)]
@@ -42,8 +48,8 @@ struct Counts {
 #[error("{sentence}")]
 pub(crate) struct NotAllBuilt {
     sentence: String,
-    /// What an engine should do with the list: the program's exit code.
-    pub(crate) code: u8,
+    /// What an engine should do with the list.
+    pub(crate) class: ExitClass,
 }
 
 impl Counts {
@@ -77,18 +83,16 @@ impl Counts {
         }
     }
 
-    /// The exit code that says what to do: again and elsewhere before report before never again. What was refused or failed
-    /// is in the lines, and a further run does not repeat what is done.
-    fn code(&self) -> Option<u8> {
-        if self.resources > 0 {
-            Some(Status::Resources.code())
-        } else if self.failed > 0 {
-            Some(Status::Failed.code())
-        } else if self.bad_input > 0 {
-            Some(Status::BadInput.code())
-        } else {
-            None
-        }
+    /// What an engine should do: try again elsewhere, else report, else never try again. What was refused or failed is in the
+    /// lines, and a further run does not repeat what is done.
+    fn class(&self) -> Option<ExitClass> {
+        [
+            (self.resources, ExitClass::Resources),
+            (self.failed, ExitClass::Fault),
+            (self.bad_input, ExitClass::BadInput),
+        ]
+        .into_iter()
+        .find_map(|(count, class)| (count > 0).then_some(class))
     }
 }
 
@@ -109,13 +113,9 @@ pub(crate) fn run(list: &Path, args: &ManifestArgs) -> anyhow::Result<()> {
         .is_terminal()
         .then(ProgressBar::new_spinner);
     let mut counts = Counts::default();
-    let mut list = List::open(list)?;
-    while let Some(item) = list
-        .next(|place| shard.holds(place))
-        .with_context(|| list.name())?
-    {
-        interrupt::check()?;
-        let line = settle(item, &shared, args)?;
+    let items = list::read(list, shard)?;
+    while let Some(item) = next(&items)? {
+        let line = settle(item?, &shared, args.resume)?;
         counts.add(line.status);
         output::print_json(&line)?;
         if let Some(bar) = &bar {
@@ -126,29 +126,35 @@ pub(crate) fn run(list: &Path, args: &ManifestArgs) -> anyhow::Result<()> {
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    let sentence = counts.sentence();
-    match counts.code() {
+    let sentence = format!("{}: {}", list.display(), counts.sentence());
+    match counts.class() {
         None => {
-            output::say(&format!("{}: {sentence}", list.name()));
+            output::say(&sentence);
             Ok(())
         }
-        Some(code) => Err(NotAllBuilt {
-            sentence: format!("{}: {sentence}", list.name()),
-            code,
+        Some(class) => Err(NotAllBuilt { sentence, class }.into()),
+    }
+}
+
+/// The next thing that the thread that reads the list has, or that the user asked to stop.
+fn next<T>(items: &Receiver<T>) -> anyhow::Result<Option<T>> {
+    loop {
+        interrupt::check()?;
+        match items.recv_timeout(LOOK) {
+            Ok(item) => return Ok(Some(item)),
+            Err(RecvTimeoutError::Disconnected) => return Ok(None),
+            Err(RecvTimeoutError::Timeout) => {}
         }
-        .into()),
     }
 }
 
 /// What becomes of one line of the list.
-fn settle(item: Item, shared: &Shared, args: &ManifestArgs) -> anyhow::Result<Line> {
+fn settle(item: Item, shared: &Shared, resume: bool) -> anyhow::Result<Line> {
     let entry = match item.written.and_then(|written| Entry::new(written, shared)) {
         Ok(entry) => entry,
         Err(refusal) => return Ok(Line::refused(item.number, refusal)),
     };
-    if args.resume
-        && let Some(line) = record::read(&entry).and_then(|r| r.still_holds(&entry))
-    {
+    if resume && let Some(line) = record::read(&entry).and_then(|r| r.still_holds(&entry)) {
         return Ok(line.at(item.number));
     }
     if let Some(folder) = entry.out.parent() {

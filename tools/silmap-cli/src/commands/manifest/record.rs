@@ -33,18 +33,6 @@ pub(super) enum Status {
     Failed,
 }
 
-impl Status {
-    /// The exit code of a build that ends so.
-    pub(super) fn code(self) -> u8 {
-        match self {
-            Self::Done | Self::Kept => 0,
-            Self::BadInput => crate::EXIT_FAILED,
-            Self::Resources => crate::EXIT_RESOURCES,
-            Self::Failed => crate::EXIT_FAULT,
-        }
-    }
-}
-
 /// How one model of a list ended, as it is printed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Line {
