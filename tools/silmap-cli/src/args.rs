@@ -6,6 +6,7 @@
 mod applications;
 mod building;
 mod looking;
+mod manifest;
 mod meshes;
 
 use clap::error::ErrorKind;
@@ -19,6 +20,7 @@ pub(crate) use looking::{
     AntialiasArg, ContourArgs, ContourFormat, EvaluateArgs, InspectArgs, ModeArg, PaintArg,
     RenderArgs, ReportArgs, WhereArg,
 };
+pub(crate) use manifest::{ManifestArgs, Shard};
 pub(crate) use meshes::{BenchArgs, EdgesArgs, ExtractionArg, GenerateArgs, HullArgs, ModelKind};
 
 use crate::values::{Size, parse_point, parse_size};
@@ -83,6 +85,8 @@ impl Command {
     pub(crate) fn threads(&self) -> Option<u32> {
         match self {
             Self::Demo(a) => a.pool.threads,
+            // Who reads a list does nothing else.
+            Self::Build(a) if a.list.manifest.is_some() => None,
             Self::Build(a) => a.pool.threads,
             Self::Evaluate(a) => a.pool.threads,
             Self::Report(a) => a.pool.threads,

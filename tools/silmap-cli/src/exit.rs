@@ -29,7 +29,7 @@ use silmap_preprocess::mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::pipeline::BuildError;
 use silmap_runtime::RenderError;
 
-use crate::commands::NoAdapter;
+use crate::commands::{NoAdapter, NotAllBuilt};
 use crate::{interrupt, output};
 
 /// How a command ended when it did not do what it was asked. The numbers are the exit codes.
@@ -39,10 +39,6 @@ pub(crate) enum ExitClass {
     /// The input, or an option's value, is at fault.
     BadInput = 1,
     /// Options that do not exist or do not go together. The reader of options ends the program itself with this code.
-    #[allow(
-        dead_code,
-        reason = "named here so that the table of codes is whole; whoever reads codes of other processes uses it"
-    )]
     Usage = 2,
     /// There is no graphics adapter.
     NoAdapter = 3,
@@ -82,6 +78,9 @@ fn class_of(error: &(dyn Error + 'static)) -> Option<ExitClass> {
     }
     if error.is::<Interrupted>() {
         return Some(ExitClass::Interrupted);
+    }
+    if let Some(NotAllBuilt { class, .. }) = error.downcast_ref() {
+        return Some(*class);
     }
     if error.is::<OverLimit>() {
         return Some(ExitClass::Resources);

@@ -50,14 +50,13 @@ pub(crate) enum Backdrop {
     Colour([u8; 3]),
 }
 
-/// A number of bytes, with K or M for 1024 or 1024² of them.
+/// A number of bytes, with K, M or G for 1024, 1024² or 1024³ of them.
 pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
-    let (number, unit) = match text.strip_suffix(['k', 'K']) {
-        Some(number) => (number, 1024),
-        None => match text.strip_suffix('M') {
-            Some(number) => (number, 1024 * 1024),
-            None => (text, 1),
-        },
+    let (number, unit) = match text.char_indices().last() {
+        Some((at, 'k' | 'K')) => (&text[..at], 1 << 10),
+        Some((at, 'M')) => (&text[..at], 1 << 20),
+        Some((at, 'G')) => (&text[..at], 1 << 30),
+        _ => (text, 1),
     };
     let bytes = number
         .trim()
@@ -145,6 +144,15 @@ pub(crate) fn parse_length(text: &str) -> Result<Length, String> {
     } else {
         Length::Units(value)
     })
+}
+
+/// A length of time above zero that a clock can hold.
+pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
+    const MOST: f64 = 1e9;
+    parse_positive(text)
+        .ok()
+        .filter(|&seconds| seconds <= MOST)
+        .ok_or_else(|| "a number of seconds above 0 is needed, and below 10⁹".to_owned())
 }
 
 /// A finite number above zero.

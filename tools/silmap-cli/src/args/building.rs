@@ -1,11 +1,11 @@
 //! Options of `demo` and `build`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use silmap_preprocess::texture::{Parametrisation, PictureFormat, TileSizes};
 
-use super::{BackendArg, CoverageArg, MendingArgs, MethodArg, OutputArgs, PoolArgs};
+use super::{BackendArg, CoverageArg, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
 use crate::values::{Length, Share, parse_bytes, parse_length, parse_positive, parse_share};
 
 /// Makes everything on a model of its own: an asset, comparison pictures, a report.
@@ -114,17 +114,25 @@ impl From<ParametrisationArg> for Parametrisation {
 Examples:
   silmap build bunny.ply --close-holes -o bunny.glb
   silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json
-  silmap build --from bunny.glb --keep 64 -o smaller.glb")]
+  silmap build --from bunny.glb --keep 64 -o smaller.glb
+  silmap build --manifest models.jsonl --out-dir assets --resume --timeout 600")]
 pub(crate) struct BuildArgs {
     /// The mesh
-    #[arg(required_unless_present = "from")]
+    #[arg(required_unless_present_any = ["from", "manifest"])]
     pub(crate) model: Option<PathBuf>,
     /// Take an asset instead of a mesh, and remove views until --keep or --max-error is met
     #[arg(long, value_name = "ASSET.glb", conflicts_with_all = FROM_CONFLICTS)]
     pub(crate) from: Option<PathBuf>,
     /// The asset to write
-    #[arg(short, long, value_name = "OUT.glb")]
-    pub(crate) out: PathBuf,
+    #[arg(
+        short,
+        long,
+        value_name = "OUT.glb",
+        required_unless_present = "manifest"
+    )]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) list: ManifestArgs,
     /// Views to capture around the model
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
     pub(crate) views: u32,
@@ -189,4 +197,11 @@ pub(crate) struct BuildArgs {
     pub(crate) pool: PoolArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
+}
+
+impl BuildArgs {
+    /// The asset to write.
+    pub(crate) fn out(&self) -> &Path {
+        self.out.as_deref().unwrap_or(Path::new(""))
+    }
 }

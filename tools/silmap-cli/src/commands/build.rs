@@ -16,8 +16,9 @@ use silmap_preprocess::simplify_contour::SimplifyContourParams;
 use silmap_preprocess::texture;
 
 use crate::args::{BackendArg, BuildArgs, CoverageArg, usage_error};
-use crate::commands::open_gpu;
+use crate::commands::{manifest, open_gpu};
 use crate::files::{load_model, read_asset};
+use crate::machine;
 use crate::output::{self, OutputFile};
 use crate::progress::Progress;
 
@@ -35,6 +36,8 @@ struct BuildJson<'a> {
     textures: TextureJson,
     error: ErrorJson,
     warnings: Vec<String>,
+    /// The most memory that was in use at once; null where the system does not tell.
+    peak_bytes: Option<u64>,
 }
 
 /// How well the hull is painted; also a part of what `inspect` prints.
@@ -126,8 +129,12 @@ struct ErrorJson {
 
 pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let started = Instant::now();
+    if let Some(list) = &args.list.manifest {
+        return manifest::run(list, &args.list);
+    }
+    manifest::end_with_reader(&args.list)?;
     check_usage(args);
-    let file = OutputFile::check(&args.out)?;
+    let file = OutputFile::check(args.out())?;
     let Some(model_path) = &args.model else {
         return run_from(args, file, started);
     };
@@ -141,7 +148,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let (asset, report) =
         build_watched(&model, &params).with_context(|| model_path.display().to_string())?;
     let writing = Instant::now();
-    let bytes = asset::write(&asset).with_context(|| args.out.display().to_string())?;
+    let bytes = asset::write(&asset).with_context(|| args.out().display().to_string())?;
     file.write(&bytes)?;
 
     let seconds = SecondsJson {
@@ -177,7 +184,7 @@ fn run_from(args: &BuildArgs, file: OutputFile, started: Instant) -> anyhow::Res
     let asset = keep_fewer_views(&asset, goal).with_context(|| from.display().to_string())?;
     let map = lowering.elapsed().as_secs_f64();
     let writing = Instant::now();
-    let bytes = asset::write(&asset).with_context(|| args.out.display().to_string())?;
+    let bytes = asset::write(&asset).with_context(|| args.out().display().to_string())?;
     file.write(&bytes)?;
     let seconds = SecondsJson {
         load,
@@ -229,7 +236,7 @@ fn tell(
     if !args.output.json {
         output::say(&format!(
             "{}: {} of {} views, {} hull faces, {bytes} bytes, {:.2} % misclassified on average, {:.1} s; {}",
-            args.out.display(),
+            args.out().display(),
             asset.map.views.len(),
             record.captured_views,
             asset.hull.faces.len(),
@@ -240,7 +247,7 @@ fn tell(
         return Ok(());
     }
     output::print_json(&BuildJson {
-        out: &args.out,
+        out: args.out(),
         bytes,
         seconds,
         views: record.captured_views,
@@ -254,6 +261,7 @@ fn tell(
             misclassified_max: errors.max,
         },
         warnings,
+        peak_bytes: machine::peak_bytes(None),
     })
 }
 

@@ -10,10 +10,12 @@ mod evaluate;
 mod generate;
 mod hull;
 mod inspect;
+mod manifest;
 mod render;
 mod report;
 mod simplify;
 
+pub(crate) use manifest::NotAllBuilt;
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
