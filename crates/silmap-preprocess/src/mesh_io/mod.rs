@@ -83,6 +83,26 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, MeshIoError> {
     })
 }
 
+/// Like [`load`], of a file whose content is at hand. `extension` names the format, in lower case and without the dot; `folder` is
+/// where further files lie that it names. The mesh has no name.
+///
+/// # Errors
+/// As [`load`], but the sentence does not name the file.
+pub fn load_bytes(
+    bytes: &[u8],
+    extension: &str,
+    folder: &Path,
+    options: &LoadOptions,
+) -> Result<Loaded, MeshFault> {
+    let (mesh, warnings) = close(read_bytes(bytes, extension, folder)?, options)?;
+    let name = String::new();
+    Ok(Loaded {
+        mesh,
+        name,
+        warnings,
+    })
+}
+
 /// Reads a mesh file: polygons cut into triangles, vertices at equal places merged, nothing else checked or changed.
 ///
 /// # Errors
