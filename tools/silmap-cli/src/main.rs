@@ -14,6 +14,7 @@ mod machine;
 mod measure;
 mod output;
 mod pictures;
+mod pose_file;
 mod progress;
 mod strip;
 mod subdivide;

@@ -130,7 +130,8 @@ impl ProgressiveHull {
         if found != VERSION {
             return Err(SequenceError::UnknownVersion { found });
         }
-        if head.number()? != crc32fast::hash(head.0) {
+        // A fuzzer is to get past the checksum, to what must hold without it.
+        if head.number()? != crc32fast::hash(head.0) && !cfg!(fuzzing) {
             return damaged("its checksum does not fit");
         }
         let mut body = Reader(head.0);

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use silmap_exact::{AlignParams, angle_between, refine_pose};
 use silmap_geometry::Camera;
 use silmap_geometry::camera::in_short;
@@ -18,6 +18,7 @@ use crate::camera::CameraJson;
 use crate::files::{load_model, read_text};
 use crate::interrupt;
 use crate::output::{self, OutputFile};
+use crate::pose_file;
 use crate::progress::Progress;
 
 #[derive(Serialize)]
@@ -34,22 +35,6 @@ struct AlignJson {
     /// Model units.
     moved: f64,
     seconds: f64,
-}
-
-/// A camera as `contour` prints it, alone or as a part of what it prints.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum PoseFile {
-    Whole { camera: PoseJson },
-    Bare(PoseJson),
-}
-
-#[derive(Deserialize)]
-struct PoseJson {
-    eye: [f64; 3],
-    target: Option<[f64; 3]>,
-    up: Option<[f64; 3]>,
-    fov_y_degrees: Option<f64>,
 }
 
 pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
@@ -131,23 +116,5 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
 fn read_pose(path: &Path, size: (u32, u32), bounds: &Bounds) -> anyhow::Result<Camera> {
     let shown = || path.display().to_string();
     let text = read_text(path)?;
-    let file: PoseFile = match serde_json::from_str(&text) {
-        Ok(file) => file,
-        // Where the text is no JSON at all, the place is worth more than what is wanted.
-        Err(error) if !error.is_data() => bail!("{}: it is no JSON: {error}", path.display()),
-        Err(_) => bail!(
-            "{}: this is no camera: a JSON object with eye, and where wanted target, up and fov_y_degrees, is needed, in finite numbers",
-            path.display()
-        ),
-    };
-    let (PoseFile::Whole { camera: pose } | PoseFile::Bare(pose)) = file;
-    let eye = DVec3::from(pose.eye);
-    let target = pose.target.map_or(bounds.center, DVec3::from);
-    let up = pose.up.map(DVec3::from);
-    let camera = match pose.fov_y_degrees {
-        Some(degrees) => Camera::look_at(eye, target, up, degrees.to_radians(), size),
-        None => Camera::fit_sphere(eye, bounds.center, bounds.radius, None, size)
-            .and_then(|fit| Camera::with_half_tangent(eye, target, up, fit.half_tangent.y, size)),
-    };
-    camera.with_context(shown)
+    pose_file::parse(&text, size, (bounds.center, bounds.radius)).with_context(shown)
 }

@@ -1,0 +1,4 @@
+//! Reading meshes in the format of `.off`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| silmap_fuzz::read_mesh(bytes, "off"));

@@ -1,0 +1,137 @@
+//! Writes the corpora that the fuzz targets start from: small files of every kind, by the project's own generators and writers.
+//!
+//! `seeds FOLDER` fills `FOLDER/TARGET/` for every target. The same files come out every time.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use silmap_exact::ConeForest;
+use silmap_fuzz::FOREST_MESH;
+use silmap_geometry::ClosedMesh;
+use silmap_map::asset;
+use silmap_preprocess::hull::{self, HullParams};
+use silmap_preprocess::mesh_io::encode;
+use silmap_preprocess::pipeline::{BuildParams, build};
+use silmap_preprocess::{Monitor, models};
+
+/// Fewer faces make smaller files, which a fuzzer gets through faster.
+const FACES: usize = 60;
+
+fn main() -> anyhow::Result<()> {
+    let folder: PathBuf = std::env::args_os()
+        .nth(1)
+        .context("usage: seeds FOLDER")?
+        .into();
+    let small = models::torus(FACES);
+    for extension in ["obj", "ply", "stl", "off"] {
+        let bytes = encode(Path::new(&format!("torus.{extension}")), &small)?;
+        put(&folder, extension, &format!("torus.{extension}"), &bytes)?;
+    }
+    put(
+        &folder,
+        "gltf",
+        "torus.glb",
+        &encode(Path::new("torus.glb"), &small)?,
+    )?;
+    put(&folder, "gltf", "gltf.gltf", GLTF.as_bytes())?;
+    for (target, name, text) in TEXTS {
+        put(&folder, target, name, text.as_bytes())?;
+    }
+    put(
+        &folder,
+        "cone_forest",
+        "torus",
+        &ConeForest::new(&FOREST_MESH).to_bytes(&FOREST_MESH),
+    )?;
+
+    let closed = ClosedMesh::try_from(small)
+        .ok()
+        .context("a torus is closed")?;
+    for (name, inner) in [("outer", false), ("inner", true)] {
+        let params = HullParams {
+            inner,
+            ..HullParams::default()
+        };
+        let sequence = hull::build(&closed, &params, &Monitor::silent())?;
+        put(&folder, "hull_sequence", name, &sequence.to_bytes())?;
+    }
+    let mut params = BuildParams {
+        views: 32,
+        resolution_px: 32,
+        ..BuildParams::default()
+    };
+    params.map.keep = 12;
+    params.hull.target_faces = 40;
+    params.textures.views = 2;
+    params.textures.size_px = 16;
+    params.textures.atlas_px = 16;
+    let (made, _) = build(&closed, "torus", &params, &Monitor::silent())?;
+    put(&folder, "asset", "torus.glb", &asset::write(&made)?)?;
+    Ok(())
+}
+
+fn put(folder: &Path, target: &str, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = folder.join(target);
+    std::fs::create_dir_all(&folder)?;
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).with_context(|| path.display().to_string())
+}
+
+/// What our own writers do not write: target, file, content.
+const TEXTS: &[(&str, &str, &str)] = &[
+    (
+        "mtl",
+        "options.mtl",
+        "newmtl m\nKd 1 0.5 0\nd 0.9\nmap_Kd -o 0.5 0.5 0 -s 2 2 1 -clamp on -bm 0.2 t.png\n",
+    ),
+    (
+        "mtl",
+        "plain.mtl",
+        "newmtl other\nKd 1 1 1\nnewmtl m\nmap_Kd t.png\nKa 0 0 0\nNs 10\nillum 2\n",
+    ),
+    (
+        "obj",
+        "polygons.obj",
+        "mtllib a.mtl b.mtl\no box\ng side\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0\nv .5 .5 1e0 1\nvt 0 0\nvn 0 0 1\n\
+         usemtl m\ns off\nf 4/1/1 3/1/1 2/1/1 1/1/1\nf -5 -4 -1\nf 2//1 3//1 \\\n 5//1\nf 3 4 5\nf 4/1 1/1 5/1\nl 1 2\np 1\n",
+    ),
+    (
+        "ply",
+        "strips.ply",
+        "ply\nformat ascii 1.0\ncomment TextureFile t.png\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nelement tristrips 1\nproperty list int int vertex_indices\n\
+         end_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n0 0 1 0 0 0\n8 0 2 1 3 0 2 -1 1\n",
+    ),
+    (
+        "ply",
+        "faces.ply",
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n\
+         property list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+         property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1 255 0 0 6 0 0 1 0 1 1\n\
+         3 0 1 3 0 255 0 0\n3 1 2 3 0 0 255 0\n3 2 0 3 9 9 9 0\n",
+    ),
+    (
+        "stl",
+        "text.stl",
+        "solid a\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 0 1 0\n   vertex 1 0 0\n  endloop\n endfacet\n\
+         facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1\nendloop\nendfacet\nendsolid a\n",
+    ),
+    (
+        "off",
+        "colours.off",
+        "NCOFF # a comment\n4 4 6\n0 0 0 0 0 1 255 0 0 255\n1 0 0 0 0 1 0 255 0 255\n0 1 0 0 0 1 0 0 1 1\n0 0 1 0 0 1 1 1 1 1\n3 0 2 1 255 0 0\n3 0 1 3\n3 1 2 3 0.5 0.5 0.5\n3 2 0 3 4\n",
+    ),
+    (
+        "pose",
+        "bare.json",
+        r#"{"eye":[3,0.5,1],"target":[0,0,0],"up":[0,0,1],"fov_y_degrees":40}"#,
+    ),
+    (
+        "pose",
+        "whole.json",
+        r#"{"method":"tight","camera":{"eye":[3.0,1e0,-2],"fov_y_degrees":null},"loops":[]}"#,
+    ),
+];
+
+/// A tetrahedron with a transformed texture, a sparse accessor, an instance, a skin and a morph target, the buffer in the text.
+const GLTF: &str = include_str!("tetrahedron.gltf");
