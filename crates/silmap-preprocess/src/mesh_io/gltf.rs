@@ -10,7 +10,8 @@ use glam::{DMat4, DQuat, DVec3, Quat};
 use gltf::json::validation::{Error as RuleError, Validate};
 use gltf::mesh::Mode;
 use gltf::scene::Transform;
-use silmap_geometry::{ColourImage, Material};
+use gltf::texture::WrappingMode;
+use silmap_geometry::{ColourImage, Material, TextureWrap};
 
 use super::error::{GltfFault, MeshFault};
 use super::gltf_data::{Accessor, load_buffers, read_resource};
@@ -335,6 +336,14 @@ impl Reader<'_> {
         if self.raw.mesh.appearance.materials.len() >= MOST_MATERIALS {
             return Ok((None, None));
         }
+        let wrap = texture.as_ref().map(|info| {
+            let sampler = info.texture().sampler();
+            [sampler.wrap_s(), sampler.wrap_t()].map(|mode| match mode {
+                WrappingMode::Repeat => TextureWrap::Repeat,
+                WrappingMode::MirroredRepeat => TextureWrap::MirroredRepeat,
+                WrappingMode::ClampToEdge => TextureWrap::ClampToEdge,
+            })
+        });
         let texture = texture.and_then(|info| self.image(&info.texture().source()));
         let [r, g, b, _] = surface.base_color_factor();
         let materials = &mut self.raw.mesh.appearance.materials;
@@ -348,6 +357,7 @@ impl Reader<'_> {
                 }
             }),
             texture,
+            wrap: wrap.unwrap_or_default(),
         });
         self.material_of[index] = Some(added);
         Ok((Some(added), uv_set))

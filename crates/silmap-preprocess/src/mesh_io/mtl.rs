@@ -73,6 +73,7 @@ impl<'a> MaterialLibrary<'a> {
         Some(Material {
             base_colour,
             texture,
+            ..Material::default()
         })
     }
 

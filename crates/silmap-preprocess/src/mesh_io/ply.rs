@@ -257,6 +257,7 @@ impl Builder {
             self.raw.mesh.appearance.materials.push(Material {
                 base_colour: [1.0; 3],
                 texture: Some(image),
+                ..Material::default()
             });
         }
         let mut vertices = Vec::new();

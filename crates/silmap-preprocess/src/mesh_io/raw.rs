@@ -120,7 +120,7 @@ impl RawMesh {
                 let default = look.materials.len() as u16;
                 look.materials.push(Material {
                     base_colour: lighting::DEFAULT_ALBEDO,
-                    texture: None,
+                    ..Material::default()
                 });
                 for material in &mut look.face_materials {
                     if *material == NO_MATERIAL {

@@ -447,7 +447,7 @@ fn gltf_nodes_move_turn_and_mirror() {
             look.materials,
             [Material {
                 base_colour: [0.5, 0.25, 1.0],
-                texture: None
+                ..Material::default()
             }]
         );
         assert_eq!(look.face_materials, [0; 4]);
