@@ -7,7 +7,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use silmap_preprocess::mesh_io::{LoadOptions, Loaded, MeshIoError, load, read_triangles};
+use silmap_preprocess::mesh_io::{
+    AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles,
+};
 
 /// A folder of files that are not part of the repository.
 fn shared(folder: &str) -> Option<PathBuf> {
@@ -25,18 +27,22 @@ fn shared(folder: &str) -> Option<PathBuf> {
 const PLAIN: LoadOptions = LoadOptions {
     close_holes: false,
     repair: false,
+    alpha: AlphaUse::Opaque,
 };
 const CLOSE: LoadOptions = LoadOptions {
     close_holes: true,
     repair: false,
+    alpha: AlphaUse::Opaque,
 };
 const REPAIR: LoadOptions = LoadOptions {
     close_holes: false,
     repair: true,
+    alpha: AlphaUse::Opaque,
 };
 const BOTH: LoadOptions = LoadOptions {
     close_holes: true,
     repair: true,
+    alpha: AlphaUse::Opaque,
 };
 
 fn counts(loaded: &Result<Loaded, MeshIoError>) -> Option<(usize, usize)> {

@@ -25,6 +25,6 @@ pub use camera::{Camera, CameraError, CoverageRule};
 pub use closed_mesh::ClosedMesh;
 pub use defects::{Defect, MeshDefects};
 pub use mask::Mask;
-pub use mesh::{Appearance, Bounds, ColourImage, Material, TriangleMesh};
+pub use mesh::{Appearance, Bounds, ColourImage, Material, TextureWrap, TriangleMesh};
 pub use polygon::Loop;
 pub use topology::Topology;

@@ -13,13 +13,27 @@ pub struct ColourImage {
     pub rgba: Vec<u8>,
 }
 
+/// What a texture shows outside of its picture, along one axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextureWrap {
+    /// The picture again and again.
+    #[default]
+    Repeat,
+    /// The picture and its mirror image in turn.
+    MirroredRepeat,
+    /// The texels at its border.
+    ClampToEdge,
+}
+
 /// Colour of a group of faces.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Material {
     /// Linear RGB factor.
     pub base_colour: [f32; 3],
     /// Colour texture, sampled at the corners' texture coordinates and multiplied by `base_colour`.
     pub texture: Option<ColourImage>,
+    /// What the texture shows outside of its picture, along u and v.
+    pub wrap: [TextureWrap; 2],
 }
 
 /// What a mesh looks like: everything is optional, and an empty vector means "none in the file".
@@ -43,7 +57,8 @@ impl Appearance {
     }
 
     /// Linear RGB albedo at a point of a face given by barycentric weights of its corners: material factor times texture
-    /// (bilinear, repeating) times vertex colour, or [`crate::lighting::DEFAULT_ALBEDO`] when the mesh is plain.
+    /// (bilinear, wrapped as the material says) times vertex colour, or [`crate::lighting::DEFAULT_ALBEDO`] when the mesh is
+    /// plain.
     #[must_use]
     pub fn albedo(&self, face: usize, weights: [f32; 3]) -> [f32; 3] {
         if self.is_plain() {
@@ -65,7 +80,10 @@ impl Appearance {
             }
             if let (Some(texture), Some(uvs)) = (&material.texture, self.corner_uvs.get(face)) {
                 let uv = [0, 1].map(|a| (0..3).map(|k| weights[k] * uvs[k][a]).sum::<f32>());
-                for (c, texel) in colour.iter_mut().zip(texture.sample_linear(uv)) {
+                for (c, texel) in colour
+                    .iter_mut()
+                    .zip(texture.sample_linear(uv, material.wrap))
+                {
                     *c *= texel;
                 }
             }
@@ -74,20 +92,51 @@ impl Appearance {
     }
 }
 
-impl ColourImage {
-    /// Linear RGB at texture coordinates (u right, v down; repeating), bilinear.
+impl TextureWrap {
+    /// A texture coordinate moved by whole periods into the first one, so that it keeps its digits as a texel's number.
+    fn within_one_period(self, coordinate: f32) -> f32 {
+        match self {
+            Self::Repeat => coordinate - coordinate.floor(),
+            Self::MirroredRepeat => coordinate - 2.0 * (0.5 * coordinate).floor(),
+            Self::ClampToEdge => coordinate.clamp(0.0, 1.0),
+        }
+    }
+
+    /// The texel that stands at place `index` of an endless row, of which the picture holds the first `count`.
+    ///
+    /// # Panics
+    /// When `count` is zero.
     #[must_use]
-    pub fn sample_linear(&self, uv: [f32; 2]) -> [f32; 3] {
+    pub fn texel(self, index: i64, count: usize) -> usize {
+        let count = count as i64;
+        let found = match self {
+            Self::Repeat => index.rem_euclid(count),
+            Self::MirroredRepeat => {
+                let place = index.rem_euclid(2 * count);
+                place.min(2 * count - 1 - place)
+            }
+            Self::ClampToEdge => index.clamp(0, count - 1),
+        };
+        found as usize
+    }
+}
+
+impl ColourImage {
+    /// Linear RGB at texture coordinates (u right, v down), bilinear; `wrap` says along u and v what lies outside.
+    #[must_use]
+    pub fn sample_linear(&self, uv: [f32; 2], wrap: [TextureWrap; 2]) -> [f32; 3] {
         let (w, h) = (self.width as usize, self.height as usize);
         if w == 0 || h == 0 {
             return [1.0; 3];
         }
-        let x = (uv[0] - uv[0].floor()) * w as f32 - 0.5;
-        let y = (uv[1] - uv[1].floor()) * h as f32 - 0.5;
+        let x = wrap[0].within_one_period(uv[0]) * w as f32 - 0.5;
+        let y = wrap[1].within_one_period(uv[1]) * h as f32 - 0.5;
         let (fx, fy) = (x - x.floor(), y - y.floor());
-        let wrap = |v: f32, n: usize| (v.floor() as isize).rem_euclid(n as isize) as usize;
-        let (x0, y0) = (wrap(x, w), wrap(y, h));
-        let (x1, y1) = ((x0 + 1) % w, (y0 + 1) % h);
+        let texels = |wrap: TextureWrap, v: f32, count: usize| {
+            let first = v.floor() as i64;
+            [first, first + 1].map(|i| wrap.texel(i, count))
+        };
+        let ([x0, x1], [y0, y1]) = (texels(wrap[0], x, w), texels(wrap[1], y, h));
         let texel = |i: usize, j: usize, c: usize| {
             crate::lighting::linear_from_srgb(f32::from(self.rgba[(j * w + i) * 4 + c]) / 255.0)
         };
@@ -214,6 +263,52 @@ impl Bounds {
             max,
             center,
             radius,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn textures_are_repeated_mirrored_or_clamped_along_each_axis() {
+        use TextureWrap::{ClampToEdge, MirroredRepeat, Repeat};
+        // Red, green and blue from left to right.
+        let image = ColourImage {
+            width: 3,
+            height: 1,
+            rgba: vec![255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255],
+        };
+        let shown = |wrap: TextureWrap| {
+            let middle = |i: i32| (i as f32 + 0.5) / 3.0;
+            let name = |i: i32| {
+                let colour = image.sample_linear([middle(i), 7.3], [wrap, Repeat]);
+                ['r', 'g', 'b'][(0..3).find(|&c| colour[c] > 0.99).unwrap()]
+            };
+            (-4..7).map(name).collect::<String>()
+        };
+        assert_eq!(shown(Repeat), "brgbrgbrgbr");
+        assert_eq!(shown(MirroredRepeat), "bbgrrgbbgrr");
+        assert_eq!(shown(ClampToEdge), "rrrrrgbbbbb");
+        // At the border a neighbour is mixed in, or not.
+        let at_zero = |wrap| image.sample_linear([0.0, 0.5], [wrap, Repeat]);
+        assert_eq!(at_zero(Repeat), [0.5, 0.0, 0.5]);
+        assert_eq!(at_zero(MirroredRepeat), [1.0, 0.0, 0.0]);
+        assert_eq!(at_zero(ClampToEdge), [1.0, 0.0, 0.0]);
+        let turned = ColourImage {
+            width: 1,
+            height: 3,
+            ..image.clone()
+        };
+        assert_eq!(
+            turned.sample_linear([0.5, 1.2], [Repeat, ClampToEdge]),
+            [0.0, 0.0, 1.0]
+        );
+        for strange in [f32::NAN, f32::INFINITY, -f32::MAX, 1e30] {
+            for wrap in [Repeat, MirroredRepeat, ClampToEdge] {
+                let _ = image.sample_linear([strange; 2], [wrap; 2]);
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The full mesh on the device, for looking at it and for finding where the outline is wrong.
 
 use glam::{DVec3, Vec3};
-use silmap_geometry::{Appearance, ColourImage, Material, TriangleMesh, lighting};
+use silmap_geometry::{Appearance, ColourImage, Material, TextureWrap, TriangleMesh, lighting};
 use silmap_gpu::{Gpu, split_faces, wgpu};
 
 use crate::RenderError;
@@ -151,7 +151,7 @@ fn materials_of(look: &Appearance) -> Vec<Material> {
     };
     let unnamed = Material {
         base_colour,
-        texture: None,
+        ..Material::default()
     };
     let named = if look.face_materials.is_empty() {
         &[]
@@ -237,8 +237,8 @@ fn material_group(
     let uniform = uniform_buffer(&gpu.device, "material", &uniform);
     let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("model texture"),
-        address_mode_u: wgpu::AddressMode::Repeat,
-        address_mode_v: wgpu::AddressMode::Repeat,
+        address_mode_u: address_mode(material.wrap[0]),
+        address_mode_v: address_mode(material.wrap[1]),
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
         ..Default::default()
@@ -255,6 +255,14 @@ fn material_group(
             wgpu::BindingResource::Sampler(&sampler),
         ],
     ))
+}
+
+fn address_mode(wrap: TextureWrap) -> wgpu::AddressMode {
+    match wrap {
+        TextureWrap::Repeat => wgpu::AddressMode::Repeat,
+        TextureWrap::MirroredRepeat => wgpu::AddressMode::MirrorRepeat,
+        TextureWrap::ClampToEdge => wgpu::AddressMode::ClampToEdge,
+    }
 }
 
 /// A picture as a texture of sRGB colours.

@@ -13,6 +13,7 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap};
+use silmap_preprocess::mesh_io::AlphaUse;
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
 pub(crate) use building::{BuildArgs, DemoArgs};
@@ -193,4 +194,25 @@ pub(crate) struct MendingArgs {
     /// Remove degenerate and duplicate faces, split non-manifold vertices, orient faces outward
     #[arg(long)]
     pub(crate) repair: bool,
+    /// What materials do that cut out by their alpha (glTF's alphaMode MASK)
+    #[arg(long, value_enum, value_name = "USE", default_value = "opaque")]
+    pub(crate) alpha: AlphaArg,
+}
+
+/// What becomes of faces that a material cuts out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AlphaArg {
+    /// They stay, with a warning
+    Opaque,
+    /// Those of which nothing shows go; where that opens the mesh, --close-holes and --repair may help
+    Mask,
+}
+
+impl From<AlphaArg> for AlphaUse {
+    fn from(alpha: AlphaArg) -> Self {
+        match alpha {
+            AlphaArg::Opaque => Self::Opaque,
+            AlphaArg::Mask => Self::Mask,
+        }
+    }
 }

@@ -71,6 +71,7 @@ pub(crate) fn load_model_bytes(
     let options = LoadOptions {
         close_holes: mending.close_holes,
         repair: mending.repair,
+        alpha: mending.alpha.into(),
     };
     // Its errors name the file already.
     let loaded = mesh_io::load_bytes(path, bytes, &options)?;

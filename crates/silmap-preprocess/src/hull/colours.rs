@@ -125,7 +125,7 @@ mod tests {
         by_material.appearance.materials = [false, true]
             .map(|is_right| Material {
                 base_colour: red_or_blue(is_right),
-                texture: None,
+                ..Material::default()
             })
             .to_vec();
         let mut by_texture = two_halves(|a, side| {
@@ -140,6 +140,7 @@ mod tests {
                 height: 1,
                 rgba: vec![0, 0, 255, 255, 255, 0, 0, 255],
             }),
+            ..Material::default()
         }];
         for mesh in [by_vertex, by_material, by_texture] {
             let level = level_of(&mesh);
@@ -156,7 +157,7 @@ mod tests {
         mesh.appearance.face_materials = vec![0; mesh.faces.len()];
         mesh.appearance.materials = vec![Material {
             base_colour: [1.0; 3],
-            texture: None,
+            ..Material::default()
         }];
         assert_eq!(level.appearance(&mesh), Appearance::default());
     }

@@ -356,6 +356,78 @@ pub enum GltfFault {
         /// The index.
         index: u64,
     },
+    /// A glTF document of another version.
+    #[error("glTF {version} is not supported, only 2")]
+    OtherVersion {
+        /// Which.
+        version: String,
+    },
+    /// An extension that the file needs.
+    #[error("needs {name}, which is not read here{way_out}")]
+    NeedsExtension {
+        /// Its name.
+        name: String,
+        /// What else can be done, with its punctuation.
+        way_out: &'static str,
+    },
+    /// An extension's object that has another form than its specification says.
+    #[error("extension {name} cannot be read: {reason}")]
+    Extension {
+        /// Which.
+        name: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A buffer view that reaches past its buffer.
+    #[error("buffer view {view} reaches past the end of its buffer")]
+    ViewRange {
+        /// Which.
+        view: usize,
+    },
+    /// A compressed buffer view.
+    #[error("buffer view {view} cannot be decoded: {reason}")]
+    Compressed {
+        /// Which.
+        view: usize,
+        /// Why not.
+        reason: String,
+    },
+    /// A primitive compressed by Draco.
+    #[error(
+        "mesh {mesh}, primitive {primitive} cannot be decoded (KHR_draco_mesh_compression): {reason}"
+    )]
+    Draco {
+        /// Which mesh.
+        mesh: usize,
+        /// Which of its primitives.
+        primitive: usize,
+        /// Why not.
+        reason: String,
+    },
+    /// A skin that cannot be used.
+    #[error("skin {skin} {what}")]
+    Skin {
+        /// Which.
+        skin: usize,
+        /// Why not.
+        what: &'static str,
+    },
+    /// A vertex that names a joint that does not exist.
+    #[error("skin {skin}: joint {joint} out of range, past the last of {count}")]
+    Joint {
+        /// Which skin.
+        skin: usize,
+        /// The joint.
+        joint: u64,
+        /// How many there are.
+        count: usize,
+    },
+    /// Attributes of instances that differ in length.
+    #[error("node {node}: the attributes of its instances have different lengths")]
+    Instances {
+        /// Which node.
+        node: usize,
+    },
     /// An accessor that reaches past its data.
     #[error("accessor {accessor} reaches past the end of its buffer view")]
     AccessorRange {

@@ -5,7 +5,7 @@
 
 mod error;
 mod gltf;
-mod gltf_data;
+mod guard;
 mod mtl;
 mod obj;
 mod off;
@@ -40,6 +40,19 @@ pub struct LoadOptions {
     /// Remove degenerate and duplicate faces, take sheets apart that touch in edges or vertices, and turn all faces
     /// outward.
     pub repair: bool,
+    /// What materials do that cut out by their alpha.
+    pub alpha: AlphaUse,
+}
+
+/// What becomes of faces whose material cuts out what its alpha says is not there (`alphaMode` MASK in glTF).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AlphaUse {
+    /// They stay, with a warning.
+    #[default]
+    Opaque,
+    /// Those of which nothing shows go: none of the texels they cover is as opaque as the material asks for. What shows in
+    /// part stays whole, with a warning. Where this opens the mesh, the other options close it, or it is refused.
+    Mask,
 }
 
 /// A mesh that is ready for everything.
@@ -106,7 +119,8 @@ pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Lo
 /// # Errors
 /// When the file cannot be read or understood.
 pub fn read_triangles(path: &Path) -> Result<(TriangleMesh, Vec<PrepWarning>), MeshIoError> {
-    let raw = read_file(path)?;
+    let mut raw = read_file(path)?;
+    raw.cut_out(AlphaUse::Opaque);
     let welded = weld(&raw);
     Ok((welded.mesh, raw.warnings))
 }
@@ -191,7 +205,11 @@ fn sniff(bytes: &[u8]) -> Option<Format> {
 }
 
 /// Welds, mends and checks.
-fn close(raw: RawMesh, options: &LoadOptions) -> Result<(ClosedMesh, Vec<PrepWarning>), MeshFault> {
+fn close(
+    mut raw: RawMesh,
+    options: &LoadOptions,
+) -> Result<(ClosedMesh, Vec<PrepWarning>), MeshFault> {
+    raw.cut_out(options.alpha);
     let Welded {
         mut mesh,
         mut vertex_of,

@@ -164,6 +164,7 @@ impl<'a> MaterialLibrary<'a> {
             material: Material {
                 base_colour,
                 texture,
+                ..Material::default()
             },
             placement,
         })

@@ -495,10 +495,11 @@ mod tests {
                     Material {
                         base_colour: [1.0; 3],
                         texture: Some(texture),
+                        ..Material::default()
                     },
                     Material {
                         base_colour: [0.5, 0.25, 0.125],
-                        texture: None,
+                        ..Material::default()
                     },
                 ],
             },

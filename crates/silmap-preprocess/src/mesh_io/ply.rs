@@ -328,6 +328,7 @@ impl Builder {
                 Material {
                     base_colour: [1.0; 3],
                     texture,
+                    ..Material::default()
                 }
             })
             .collect();

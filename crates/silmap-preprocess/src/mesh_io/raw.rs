@@ -1,10 +1,12 @@
 //! A mesh as a file tells it: polygons cut into triangles, nothing welded or checked yet.
 
 use glam::DVec3;
+use silmap_geometry::defects::counted;
 use silmap_geometry::lighting;
 use silmap_geometry::triangulate::triangulate_polygon;
 use silmap_geometry::{Material, TriangleMesh};
 
+use super::AlphaUse;
 use crate::progress::PrepWarning;
 
 /// Cutting a polygon takes time quadratic in its corners; this many take about a second.
@@ -27,8 +29,19 @@ pub(super) struct RawMesh {
     pub(super) first_number: u32,
     /// What was odd.
     pub(super) warnings: Vec<PrepWarning>,
+    /// What materials cut out.
+    pub(super) alpha: CutOut,
     /// Faces of the file so far.
     face_count: u32,
+}
+
+/// Triangles of which alpha leaves less than the whole.
+#[derive(Debug, Default)]
+pub(super) struct CutOut {
+    /// Those of which nothing shows, rising.
+    pub(super) hidden: Vec<u32>,
+    /// How many others do not show wholly.
+    pub(super) partly: usize,
 }
 
 /// The looks of one polygon.
@@ -121,7 +134,7 @@ impl RawMesh {
                 let default = look.materials.len() as u16;
                 look.materials.push(Material {
                     base_colour: lighting::DEFAULT_ALBEDO,
-                    texture: None,
+                    ..Material::default()
                 });
                 for material in &mut look.face_materials {
                     if *material == NO_MATERIAL {
@@ -136,6 +149,34 @@ impl RawMesh {
             look.corner_uvs.resize(face_count, [[0.0; 2]; 3]);
         }
         self
+    }
+
+    /// Takes the faces out of which nothing shows, or says that they stay.
+    pub(super) fn cut_out(&mut self, alpha: AlphaUse) {
+        let CutOut { hidden, partly } = std::mem::take(&mut self.alpha);
+        if partly > 0 {
+            self.ignore(format!(
+                "{} only partly drawn by a material that cuts out by alpha: taken whole",
+                counted(partly, "face")
+            ));
+        }
+        if hidden.is_empty() {
+            return;
+        }
+        let faces = counted(hidden.len(), "face");
+        match alpha {
+            AlphaUse::Opaque => self.ignore(format!(
+                "{faces} not drawn by a material that cuts out by alpha: taken as if opaque (--alpha mask takes them out)"
+            )),
+            AlphaUse::Mask => {
+                let is_kept = |face: u32| hidden.binary_search(&face).is_err();
+                self.mesh.retain_faces(|face| is_kept(face as u32));
+                let mut face = 0..;
+                self.face_of.retain(|_| face.next().is_some_and(is_kept));
+                let what = format!("{faces} that a material cuts out by alpha: taken out");
+                self.warnings.push(PrepWarning::Repaired { what });
+            }
+        }
     }
 
     /// Adds a warning about something left out.

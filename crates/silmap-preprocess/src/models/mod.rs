@@ -144,7 +144,7 @@ pub fn organic(faces: usize) -> TriangleMesh {
         face_materials: vec![0; mesh.faces.len()],
         materials: vec![Material {
             base_colour: [1.0; 3],
-            texture: None,
+            ..Material::default()
         }],
         ..Appearance::default()
     };

@@ -1,0 +1,103 @@
+//! Skins: vertices moved by joints.
+//!
+//! A vertex goes to Σ wₖ · (world from joint k) · (inverse bind matrix k) · v; the transform of the node that has the mesh does
+//! not count (glTF 2.0, section 3.7.3).
+
+use glam::DMat4;
+
+use super::super::error::{GltfFault, MeshFault};
+use super::accessor::{Accessor, Use};
+use super::document::{Whole, find};
+use super::primitive::Attribute;
+use super::scene::Scene;
+
+/// What each joint of a skin does to a vertex as it is stored.
+pub(super) struct Skin {
+    index: usize,
+    world_from_bind: Vec<DMat4>,
+}
+
+/// The joints of a primitive's vertices, four at a time, with their weights.
+pub(super) struct Influences<'a> {
+    pub(super) sets: Vec<(Attribute<'a>, Attribute<'a>)>,
+}
+
+/// A skin whose joints stand where the scene puts them.
+pub(super) fn read(scene: &Scene<'_>, index: Whole, node: usize) -> Result<Skin, MeshFault> {
+    let document = scene.document;
+    let skin =
+        find(&document.skins, index, || format!("nodes[{node}].skin")).map_err(MeshFault::Gltf)?;
+    let fault = |what| {
+        let skin = index.0;
+        MeshFault::Gltf(GltfFault::Skin { skin, what })
+    };
+    let inverse_bind = match skin.inverse_bind_matrices {
+        None => None,
+        Some(accessor) => Some(Accessor::new(
+            document,
+            &scene.buffers,
+            accessor,
+            Use::MATRIX,
+            || format!("skins[{}].inverseBindMatrices", index.0),
+        )?),
+    };
+    if (inverse_bind.as_ref()).is_some_and(|matrices| matrices.count < skin.joints.len()) {
+        return Err(fault("has fewer inverse bind matrices than joints"));
+    }
+    let mut world_from_bind = Vec::with_capacity(skin.joints.len());
+    for (k, joint) in skin.joints.iter().enumerate() {
+        let world_from_joint = find(&scene.world_from_node, *joint, || {
+            format!("skins[{}].joints[{k}]", index.0)
+        })
+        .map_err(MeshFault::Gltf)?;
+        let joint_from_bind = inverse_bind.as_ref().map_or(DMat4::IDENTITY, |matrices| {
+            DMat4::from_cols_array(&matrices.get::<16>(k))
+        });
+        world_from_bind.push(*world_from_joint * joint_from_bind);
+    }
+    if world_from_bind.is_empty() {
+        return Err(fault("has no joints"));
+    }
+    Ok(Skin {
+        index: index.0,
+        world_from_bind,
+    })
+}
+
+impl Skin {
+    /// The transform of one vertex.
+    pub(super) fn matrix(
+        &self,
+        influences: &Influences<'_>,
+        vertex: usize,
+    ) -> Result<DMat4, MeshFault> {
+        let (mut sum, mut total) = (DMat4::ZERO, 0.0);
+        let mut first = None;
+        for (joints, weights) in &influences.sets {
+            let joints: [f64; 4] = joints.get(vertex);
+            let weights: [f64; 4] = weights.get(vertex);
+            for (joint, weight) in joints.into_iter().zip(weights) {
+                first = first.or(Some(joint));
+                if weight == 0.0 || !weight.is_finite() {
+                    continue;
+                }
+                sum += self.joint(joint)? * weight;
+                total += weight;
+            }
+        }
+        // Stored weights add up to one but for rounding. Without any, the first joint has the vertex.
+        if total.abs() > f64::EPSILON {
+            return Ok(sum * (1.0 / total));
+        }
+        self.joint(first.unwrap_or(0.0))
+    }
+
+    fn joint(&self, number: f64) -> Result<DMat4, MeshFault> {
+        let found = self.world_from_bind.get(number as usize);
+        found.copied().ok_or(MeshFault::Gltf(GltfFault::Joint {
+            skin: self.index,
+            joint: number as u64,
+            count: self.world_from_bind.len(),
+        }))
+    }
+}
