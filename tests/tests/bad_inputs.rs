@@ -25,18 +25,22 @@ fn shared(folder: &str) -> Option<PathBuf> {
 const PLAIN: LoadOptions = LoadOptions {
     close_holes: false,
     repair: false,
+    weld: None,
 };
 const CLOSE: LoadOptions = LoadOptions {
     close_holes: true,
     repair: false,
+    weld: None,
 };
 const REPAIR: LoadOptions = LoadOptions {
     close_holes: false,
     repair: true,
+    weld: None,
 };
 const BOTH: LoadOptions = LoadOptions {
     close_holes: true,
     repair: true,
+    weld: None,
 };
 
 fn counts(loaded: &Result<Loaded, MeshIoError>) -> Option<(usize, usize)> {

@@ -178,4 +178,7 @@ pub(crate) struct MendingArgs {
     /// Remove degenerate and duplicate faces, split non-manifold vertices, orient faces outward
     #[arg(long)]
     pub(crate) repair: bool,
+    /// Join open edges that lie this close together, in model units; without it, those that miss by rounding are joined
+    #[arg(long, value_name = "DISTANCE", value_parser = parse_positive)]
+    pub(crate) weld: Option<f64>,
 }

@@ -29,6 +29,7 @@ pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Lo
     let options = LoadOptions {
         close_holes: mending.close_holes,
         repair: mending.repair,
+        weld: mending.weld,
     };
     // Its errors name the file already.
     let loaded = mesh_io::load(path, &options)?;

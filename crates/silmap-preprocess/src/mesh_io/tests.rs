@@ -1,8 +1,10 @@
 //! Readers and writers against each other, on small files made here, and on nonsense.
 
+mod content;
 mod obj;
 mod off;
 mod ply;
+mod seams;
 mod stl;
 
 use std::fmt::Write as _;
@@ -133,6 +135,7 @@ fn faces_on_a_line_are_named_and_removed_on_request() {
         let options = LoadOptions {
             close_holes,
             repair,
+            weld: None,
         };
         close(read(text.as_bytes(), "off").unwrap(), &options)
     };
@@ -411,7 +414,7 @@ proptest! {
             bytes.truncate(cut.index(bytes.len()));
         }
         if let Ok(raw) = read(&bytes, extension) {
-            let both = LoadOptions { close_holes: true, repair: true };
+            let both = LoadOptions { close_holes: true, repair: true, weld: None };
             if let Err(fault) = close(raw, &both) {
                 prop_assert!(!fault.to_string().contains('\n'));
             }

@@ -25,7 +25,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 20] = [
+const FROM_CONFLICTS: [&str; 21] = [
     "model",
     "views",
     "method",
@@ -45,6 +45,7 @@ const FROM_CONFLICTS: [&str; 20] = [
     "no_normals",
     "close_holes",
     "repair",
+    "weld",
     "backend",
 ];
 
