@@ -28,21 +28,25 @@ const PLAIN: LoadOptions = LoadOptions {
     close_holes: false,
     repair: false,
     alpha: AlphaUse::Opaque,
+    weld: None,
 };
 const CLOSE: LoadOptions = LoadOptions {
     close_holes: true,
     repair: false,
     alpha: AlphaUse::Opaque,
+    weld: None,
 };
 const REPAIR: LoadOptions = LoadOptions {
     close_holes: false,
     repair: true,
     alpha: AlphaUse::Opaque,
+    weld: None,
 };
 const BOTH: LoadOptions = LoadOptions {
     close_holes: true,
     repair: true,
     alpha: AlphaUse::Opaque,
+    weld: None,
 };
 
 fn counts(loaded: &Result<Loaded, MeshIoError>) -> Option<(usize, usize)> {

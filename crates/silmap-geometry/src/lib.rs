@@ -8,6 +8,7 @@ pub mod bvh;
 pub mod camera;
 pub mod closed_mesh;
 pub mod defects;
+pub mod diagonals;
 pub mod holes;
 pub mod lighting;
 pub mod lp;

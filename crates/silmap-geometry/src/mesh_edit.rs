@@ -39,6 +39,30 @@ impl TriangleMesh {
         }
     }
 
+    /// Cuts a face in two from the middle of its edge after corner `from`, where vertex `middle` lies, to the corner beyond;
+    /// the half at `from` keeps the face's number, the other one becomes the last face.
+    pub fn split_face_edge(&mut self, face: usize, from: usize, middle: u32) {
+        let (to, opposite) = ((from + 1) % 3, (from + 2) % 3);
+        let corners = self.faces[face];
+        self.push_face([middle, corners[to], corners[opposite]], {
+            [(face, from), (face, to), (face, opposite)]
+        });
+        self.faces[face][to] = middle;
+        // Both halves show the edge's colours; in the middle, those of its ends' mean.
+        let added = self.faces.len() - 1;
+        let look = &mut self.appearance;
+        if let Some(&uvs) = look.corner_uvs.get(face) {
+            let mean = [0, 1].map(|i| 0.5 * (uvs[from][i] + uvs[to][i]));
+            look.corner_uvs[face][to] = mean;
+            look.corner_uvs[added][0] = mean;
+        }
+        if let Some(&colours) = look.corner_colours.get(face) {
+            let mean = [0, 1, 2].map(|i| 0.5 * (colours[from][i] + colours[to][i]));
+            look.corner_colours[face][to] = mean;
+            look.corner_colours[added][0] = mean;
+        }
+    }
+
     /// Adds a face whose corners look like the given corners `(face, corner)` of faces that exist; it takes the material
     /// of the first one's face.
     pub fn push_face(&mut self, corners: [u32; 3], like: [(usize, usize); 3]) {

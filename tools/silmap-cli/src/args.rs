@@ -197,6 +197,9 @@ pub(crate) struct MendingArgs {
     /// What materials do that cut out by their alpha (glTF's alphaMode MASK)
     #[arg(long, value_enum, value_name = "USE", default_value = "opaque")]
     pub(crate) alpha: AlphaArg,
+    /// Join open edges that lie this close together, in model units; without it, those that miss by rounding are joined
+    #[arg(long, value_name = "DISTANCE", value_parser = parse_positive)]
+    pub(crate) weld: Option<f64>,
 }
 
 /// What becomes of faces that a material cuts out.

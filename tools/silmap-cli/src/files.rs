@@ -72,6 +72,7 @@ pub(crate) fn load_model_bytes(
         close_holes: mending.close_holes,
         repair: mending.repair,
         alpha: mending.alpha.into(),
+        weld: mending.weld,
     };
     // Its errors name the file already.
     let loaded = mesh_io::load_bytes(path, bytes, &options)?;

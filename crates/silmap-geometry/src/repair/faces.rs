@@ -49,27 +49,16 @@ pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>)
     let mut uses: Vec<usize> = (0..topology.edges().len())
         .map(|e| topology.edge_uses(e).len())
         .collect();
-    let mut by_corners: Vec<([u32; 3], bool, u32)> = mesh
-        .faces
-        .iter()
-        .zip(0..)
-        .map(|(face, f)| {
-            let mut sorted = *face;
-            sorted.sort_unstable();
-            (sorted, !is_cyclic(face, &sorted), f)
-        })
-        .collect();
-    by_corners.sort_unstable();
+    let mut by_corners = by_corners(&mesh.faces);
     let mut keeps = vec![true; mesh.faces.len()];
-    let mut remove = |keeps: &mut Vec<bool>, face: u32| {
-        keeps[face as usize] = false;
-        for e in topology.face_edges(face as usize) {
+    for (face, _) in find_copies(&mesh.faces)
+        .iter()
+        .enumerate()
+        .filter(|(_, is_copy)| **is_copy)
+    {
+        keeps[face] = false;
+        for e in topology.face_edges(face) {
             uses[e as usize] -= 1;
-        }
-    };
-    for group in by_corners.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        for &(.., copy) in &group[1..] {
-            remove(&mut keeps, copy);
         }
     }
     by_corners.retain(|&(.., face)| keeps[face as usize]);
@@ -79,10 +68,7 @@ pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>)
             continue;
         };
         let edges = topology.face_edges(first as usize);
-        let odd_without = edges
-            .iter()
-            .filter(|&&e| uses[e as usize] % 2 == 1)
-            .count();
+        let odd_without = edges.iter().filter(|&&e| uses[e as usize] % 2 == 1).count();
         let kept = if is_paired[first as usize] {
             Some(first)
         } else {
@@ -98,6 +84,33 @@ pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>)
         }
     }
     retain(mesh, face_of, &keeps)
+}
+
+/// The faces by their sorted vertices, then by the way they run around them, then by number.
+fn by_corners(faces: &[[u32; 3]]) -> Vec<([u32; 3], bool, u32)> {
+    let mut all: Vec<([u32; 3], bool, u32)> = faces
+        .iter()
+        .zip(0..)
+        .map(|(face, f)| {
+            let mut sorted = *face;
+            sorted.sort_unstable();
+            (sorted, !is_cyclic(face, &sorted), f)
+        })
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+/// Which faces repeat an earlier one: the same three vertices, run around the same way, from whichever corner.
+#[must_use]
+pub fn find_copies(faces: &[[u32; 3]]) -> Vec<bool> {
+    let mut is_copy = vec![false; faces.len()];
+    for group in by_corners(faces).chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        for &(.., copy) in &group[1..] {
+            is_copy[copy as usize] = true;
+        }
+    }
+    is_copy
 }
 
 /// Whether two faces on the same vertices run around them the same way.

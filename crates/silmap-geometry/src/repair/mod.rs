@@ -20,6 +20,7 @@ mod zero_area;
 
 use thiserror::Error;
 
+pub use self::faces::find_copies;
 pub use self::outward::turn_outward;
 pub use self::zero_area::replace_zero_area;
 use crate::defects::counted;

@@ -214,38 +214,13 @@ fn split_crowded_edges(mesh: &mut TriangleMesh, report: &mut RepairReport) -> bo
             report.vertex_of.push(report.vertex_of[a as usize]);
             for used in &group {
                 is_touched[used.face as usize] = true;
-                split_face(mesh, *used, middle);
+                mesh.split_face_edge(used.face as usize, usize::from(used.corner), middle);
                 report.face_of.push(report.face_of[used.face as usize]);
             }
             has_split = true;
         }
     }
     has_split
-}
-
-/// Cuts a face in two by a line from the middle of one of its edges to the opposite corner.
-fn split_face(mesh: &mut TriangleMesh, used: EdgeUse, middle: u32) {
-    let face = used.face as usize;
-    let from = usize::from(used.corner);
-    let (to, opposite) = ((from + 1) % 3, (from + 2) % 3);
-    let corners = mesh.faces[face];
-    mesh.push_face([middle, corners[to], corners[opposite]], {
-        [(face, from), (face, to), (face, opposite)]
-    });
-    mesh.faces[face][to] = middle;
-    // Both halves show the edge's colours; in the middle, those of its ends' mean.
-    let added = mesh.faces.len() - 1;
-    let look = &mut mesh.appearance;
-    if let Some(&uvs) = look.corner_uvs.get(face) {
-        let mean = [0, 1].map(|i| 0.5 * (uvs[from][i] + uvs[to][i]));
-        look.corner_uvs[face][to] = mean;
-        look.corner_uvs[added][0] = mean;
-    }
-    if let Some(&colours) = look.corner_colours.get(face) {
-        let mean = [0, 1, 2].map(|i| 0.5 * (colours[from][i] + colours[to][i]));
-        look.corner_colours[face][to] = mean;
-        look.corner_colours[added][0] = mean;
-    }
 }
 
 /// Sets of faces with a known relation between any two: same side, or one of them turned over.

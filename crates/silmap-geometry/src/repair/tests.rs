@@ -429,9 +429,18 @@ fn a_body_given_several_times_is_one_body() {
         let (mut mesh, report) = repaired(mesh);
         turn_outward(&mut mesh);
         let closed = ClosedMesh::try_from(mesh).unwrap();
-        (closed.mesh().volume(), closed.mesh().faces.len(), report.duplicates)
+        (
+            closed.mesh().volume(),
+            closed.mesh().faces.len(),
+            report.duplicates,
+        )
     };
-    for copies in [vec![false], vec![false, false], vec![true], vec![false, true]] {
+    for copies in [
+        vec![false],
+        vec![false, false],
+        vec![true],
+        vec![false, true],
+    ] {
         let mut cube = TriangleMesh::default();
         add_box(&mut cube, 0.0, 1.0);
         let once = cube.clone();
@@ -440,7 +449,11 @@ fn a_body_given_several_times_is_one_body() {
             add_copy(&mut copy, is_inside_out);
             cube.faces.extend_from_slice(&copy.faces[12..]);
         }
-        assert_eq!(volume_of(cube.clone()), (1.0, 12, 12 * copies.len()), "{copies:?}");
+        assert_eq!(
+            volume_of(cube.clone()),
+            (1.0, 12, 12 * copies.len()),
+            "{copies:?}"
+        );
         // The same beside another body, and with one that touches it in a corner.
         for (low, high) in [(3.0, 4.0), (1.0, 2.0)] {
             let mut two = cube.clone();

@@ -45,6 +45,26 @@ pub enum MeshFault {
         /// The file name extensions that are known.
         known: &'static str,
     },
+    /// The content is plainly something else than a mesh that is read here.
+    #[error("this is {what}: {way_out}")]
+    Foreign {
+        /// What it is, with its article.
+        what: &'static str,
+        /// What to do about it.
+        way_out: &'static str,
+    },
+    /// Larger or smaller than the single precision of assets and devices can hold.
+    #[error(
+        "it is {size:.1e} units across: sizes from {least:.0e} to {most:.0e} are read, as assets hold single precision; scale it"
+    )]
+    Size {
+        /// The longest side of its box, model units.
+        size: f64,
+        /// The smallest size.
+        least: f64,
+        /// The largest size.
+        most: f64,
+    },
     /// Binary data, or text in 16-bit characters, where 8-bit text was expected.
     #[error("not UTF-8 text")]
     NotText,

@@ -3,6 +3,7 @@
 //! [`load`] reads a file, welds it, mends what it is told to mend, and gives a [`ClosedMesh`] or one sentence about what
 //! is wrong. No reader trusts a count or an index of the file: nothing is allocated for what a header merely claims.
 
+mod content;
 mod error;
 mod gltf;
 mod guard;
@@ -13,6 +14,7 @@ mod painted;
 mod ply;
 mod ply_header;
 mod raw;
+mod seams;
 mod stl;
 #[cfg(test)]
 mod tests;
@@ -23,7 +25,7 @@ mod write;
 use std::path::Path;
 
 use silmap_geometry::defects::counted;
-use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, holes, repair};
+use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, diagonals, holes, repair};
 
 pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError};
 pub use self::painted::{PaintedFiles, encode_painted};
@@ -33,7 +35,7 @@ pub use self::write::{check_output, encode, holds_colours, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// Fill holes.
     pub close_holes: bool,
@@ -42,6 +44,9 @@ pub struct LoadOptions {
     pub repair: bool,
     /// What materials do that cut out by their alpha.
     pub alpha: AlphaUse,
+    /// Join open edges that lie within this distance of each other, model units. `None`: within a few units in the last
+    /// place of the file's numbers, which is also the least.
+    pub weld: Option<f64>,
 }
 
 /// What becomes of faces whose material cuts out what its alpha says is not there (`alphaMode` MASK in glTF).
@@ -149,25 +154,60 @@ fn read_bytes(bytes: &[u8], extension: &str, folder: &Path) -> Result<RawMesh, M
     if bytes.is_empty() {
         return Err(MeshFault::Empty);
     }
-    let format = match extension {
+    let named = match extension {
         "obj" => Some(Format::Obj),
         "ply" => Some(Format::Ply),
         "stl" => Some(Format::Stl),
         "off" => Some(Format::Off),
         "gltf" => Some(Format::Gltf),
         "glb" => Some(Format::Glb),
-        _ => sniff(bytes),
+        _ => None,
     };
-    match format {
+    let is_stl = named == Some(Format::Stl) && stl::has_binary_length(bytes);
+    if let Some(foreign) = content::foreign(bytes).filter(|_| !is_stl) {
+        return Err(MeshFault::Foreign {
+            what: foreign.what,
+            way_out: foreign.way_out,
+        });
+    }
+    let found = match named {
+        Some(named) => content::contradicts(bytes, named),
+        None => content::sniff(bytes),
+    };
+    let mut raw = match found.or(named) {
         Some(Format::Obj) => obj::read(bytes, folder),
         Some(Format::Ply) => ply::read(bytes, folder),
         Some(Format::Stl) => stl::read(bytes),
         Some(Format::Off) => off::read(bytes),
-        Some(Format::Gltf) => gltf::read(bytes, bytes.starts_with(b"glTF"), folder),
-        Some(Format::Glb) => gltf::read(bytes, true, folder),
+        Some(format @ (Format::Gltf | Format::Glb)) => {
+            let is_binary = format == Format::Glb || bytes.starts_with(b"glTF");
+            let mut raw = gltf::read(bytes, is_binary, folder)?;
+            raw.is_single = true;
+            Ok(raw)
+        }
         None => Err(MeshFault::UnknownFormat {
             known: KNOWN_INPUTS,
         }),
+    }?;
+    if let (Some(found), Some(named)) = (found, named) {
+        raw.ignore(format!(
+            "called {}, but its content is {}: read as that",
+            named.name(),
+            found.name()
+        ));
+    }
+    Ok(raw)
+}
+
+impl Format {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
+            Self::Off => "OFF",
+            Self::Gltf | Self::Glb => "glTF",
+        }
     }
 }
 
@@ -177,31 +217,33 @@ pub fn is_plain_mesh(path: &Path, bytes: &[u8]) -> bool {
     const NAMES: [&str; 5] = ["obj", "ply", "stl", "off", "gltf"];
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let is_named = (extension.as_deref()).is_some_and(|e| NAMES.contains(&e));
-    let sniffed = sniff(bytes);
+    let sniffed = content::sniff(bytes);
     sniffed != Some(Format::Glb) && (is_named || sniffed.is_some())
 }
 
-/// The format by the first bytes, for files whose name does not tell it.
-fn sniff(bytes: &[u8]) -> Option<Format> {
-    const LOOKED_AT: usize = 1024;
-    let start = bytes[..bytes.len().min(LOOKED_AT)].trim_ascii_start();
-    if start.starts_with(b"glTF") {
-        Some(Format::Glb)
-    } else if start.starts_with(b"{") {
-        Some(Format::Gltf)
-    } else if start.starts_with(b"ply") {
-        Some(Format::Ply)
-    } else if start.starts_with(b"OFF") || start.starts_with(b"COFF") {
-        Some(Format::Off)
-    } else if start.starts_with(b"solid") {
-        Some(Format::Stl)
-    } else {
-        let begins_as_obj = |line: &[u8]| line.starts_with(b"v ") || line.starts_with(b"mtllib ");
-        start
-            .split(|&b| b == b'\n')
-            .any(|line| begins_as_obj(line.trim_ascii_start()))
-            .then_some(Format::Obj)
+/// Sizes that single precision holds with all that is made of it, model units: the asset and the device count in that.
+const SIZES: std::ops::RangeInclusive<f64> = 1e-30..=1e30;
+
+fn check_size(mesh: &TriangleMesh) -> Result<(), MeshFault> {
+    let places = || {
+        mesh.faces
+            .iter()
+            .flatten()
+            .map(|&v| mesh.positions[v as usize])
+    };
+    let low = places().fold(glam::DVec3::INFINITY, glam::DVec3::min);
+    let high = places().fold(glam::DVec3::NEG_INFINITY, glam::DVec3::max);
+    // Halves, as the difference may be too large to be a number.
+    let half = (0.5 * high - 0.5 * low).max_element();
+    let size = 2.0 * half;
+    if half > 0.0 && !SIZES.contains(&size) {
+        return Err(MeshFault::Size {
+            size,
+            least: *SIZES.start(),
+            most: *SIZES.end(),
+        });
     }
+    Ok(())
 }
 
 /// Welds, mends and checks.
@@ -210,12 +252,19 @@ fn close(
     options: &LoadOptions,
 ) -> Result<(ClosedMesh, Vec<PrepWarning>), MeshFault> {
     raw.cut_out(options.alpha);
+    let rounding = seams::rounding_distance(&raw);
     let Welded {
         mut mesh,
         mut vertex_of,
-        face_of,
+        mut face_of,
         dropped,
     } = weld(&raw);
+    // What faces are once their vertices are merged, as long as none is lost.
+    let welded_faces = if dropped == 0 {
+        mesh.faces.clone()
+    } else {
+        Vec::new()
+    };
     let first_number = raw.first_number;
     let mut warnings = raw.warnings;
     if mesh.faces.is_empty() {
@@ -224,14 +273,39 @@ fn close(
             faces => MeshFault::NoArea { faces },
         });
     }
+    check_size(&mesh)?;
+    let mut repaired = |what: String| warnings.push(PrepWarning::Repaired { what });
     if dropped > 0 {
-        let what = format!(
+        repaired(format!(
             "{} with corners at the same place: left out",
             counted(dropped, "face")
-        );
-        warnings.push(PrepWarning::Repaired { what });
+        ));
     }
-    let mut face_of = face_of;
+    let distance = options.weld.unwrap_or(0.0).max(rounding);
+    let joined = seams::join(&mut mesh, &mut vertex_of, &mut face_of, distance);
+    if joined.vertices > 0 {
+        let lost = match joined.faces {
+            0 => String::new(),
+            faces => format!(", by which {} vanished", counted(faces, "face")),
+        };
+        repaired(format!(
+            "{} of open edges joined to others at most {:.1e} away{lost}",
+            counted(joined.vertices, "vertex"),
+            joined.widest
+        ));
+        if mesh.faces.is_empty() {
+            return Err(MeshFault::NoArea {
+                faces: joined.faces,
+            });
+        }
+    }
+    let moved = diagonals::separate_diagonals(&mut mesh, &mut face_of, &mut vertex_of);
+    if moved != diagonals::MovedDiagonals::default() {
+        repaired(format!(
+            "{} of polygons moved off edges that were there already",
+            counted(moved.turned + moved.split, "diagonal")
+        ));
+    }
     if options.repair {
         let report = repair::repair(&mut mesh)?;
         vertex_of = through(&report.vertex_of, &vertex_of);
@@ -266,6 +340,14 @@ fn close(
         Ok(mesh) => return Ok((mesh, warnings)),
         Err(defects) => defects,
     };
+    if let Some((mesh, copies)) = close_without_copies(&raw.mesh, &welded_faces) {
+        let what = format!(
+            "{} on the same vertices as others: removed",
+            counted(copies, "face")
+        );
+        warnings.push(PrepWarning::Repaired { what });
+        return Ok((mesh, warnings));
+    }
     if let Some(mesh) = close_unwelded(raw.mesh) {
         let what = "sheets touch where the file keeps vertices apart: its vertices were not merged";
         warnings.push(PrepWarning::Ignored {
@@ -277,6 +359,22 @@ fn close(
         hint: hint(&defects, options),
         defects: defects.renumber(&vertex_of, &face_of, first_number),
     })
+}
+
+/// The mesh with the vertices the file tells apart and without bodies given again, if that is closed already; and how many
+/// faces were given again. `welded` are its faces by merged vertices.
+fn close_without_copies(mesh: &TriangleMesh, welded: &[[u32; 3]]) -> Option<(ClosedMesh, usize)> {
+    if welded.len() != mesh.faces.len() {
+        return None;
+    }
+    let is_copy = repair::find_copies(welded);
+    let count = is_copy.iter().filter(|&&is_copy| is_copy).count();
+    if count == 0 {
+        return None;
+    }
+    let mut mesh = mesh.clone();
+    mesh.retain_faces(|f| !is_copy[f]);
+    close_unwelded(mesh).map(|mesh| (mesh, count))
 }
 
 /// The mesh with the vertices the file tells apart, if that is closed already.

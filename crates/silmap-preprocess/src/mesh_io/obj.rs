@@ -119,6 +119,9 @@ impl Reader<'_> {
             };
             *slot = number;
             count += 1;
+            if count <= 3 {
+                self.raw.note_digits(word);
+            }
         }
         if count < 3 {
             return Err(LineFault::Coordinates { vertex });

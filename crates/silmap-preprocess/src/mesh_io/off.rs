@@ -66,6 +66,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     for (vertex, &(number, line)) in (0..).zip(vertex_lines) {
         let position = read_vertex(number, line, vertex, letters.is_homogeneous)?;
         raw.mesh.positions.push(position);
+        line.split_whitespace()
+            .take(3)
+            .for_each(|word| raw.note_digits(word));
         if let Some(at) = colour_at {
             colours.push(read_colour(line.split_whitespace().skip(at)));
         }

@@ -559,6 +559,16 @@ fn read_ascii(bytes: &[u8], header: &Header, builder: &mut Builder) -> Result<()
             };
             let record = read_ascii_element(line, element, number)
                 .map_err(|fault| MeshFault::at_line(header.line_count + line_number, fault))?;
+            if element.name == "vertex" {
+                let names = element.properties.keys();
+                for (word, _) in line
+                    .split_ascii_whitespace()
+                    .zip(names)
+                    .filter(|(_, name)| matches!(name.as_str(), "x" | "y" | "z"))
+                {
+                    builder.raw.note_digits(word);
+                }
+            }
             builder.take(element, record)?;
         }
     }

@@ -31,6 +31,10 @@ pub(super) struct RawMesh {
     pub(super) warnings: Vec<PrepWarning>,
     /// What materials cut out.
     pub(super) alpha: CutOut,
+    /// Most digits of a coordinate's decimal number; 0 when the numbers are binary.
+    pub(super) digits: u8,
+    /// The numbers were of single precision before they were transformed.
+    pub(super) is_single: bool,
     /// Faces of the file so far.
     face_count: u32,
 }
@@ -62,6 +66,17 @@ impl RawMesh {
             first_number,
             ..Self::default()
         }
+    }
+
+    /// Notes with how many digits a coordinate is written.
+    pub(super) fn note_digits(&mut self, word: &str) {
+        let mantissa = word.split(['e', 'E', 'd', 'D']).next().unwrap_or_default();
+        let digits = mantissa
+            .bytes()
+            .filter(u8::is_ascii_digit)
+            .skip_while(|&b| b == b'0')
+            .count();
+        self.digits = self.digits.max(digits.min(usize::from(u8::MAX)) as u8);
     }
 
     /// Adds a polygon with at most [`MOST_CORNERS`] corners, all of them existing vertices.

@@ -1,8 +1,10 @@
 //! Readers and writers against each other, on small files made here, and on nonsense.
 
+mod content;
 mod obj;
 mod off;
 mod ply;
+mod seams;
 mod stl;
 
 use std::fmt::Write as _;

@@ -25,7 +25,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 21] = [
+const FROM_CONFLICTS: [&str; 22] = [
     "model",
     "views",
     "method",
@@ -46,6 +46,7 @@ const FROM_CONFLICTS: [&str; 21] = [
     "close_holes",
     "repair",
     "alpha",
+    "weld",
     "backend",
 ];
 

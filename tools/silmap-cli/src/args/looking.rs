@@ -100,7 +100,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "PX", default_value = "2", value_parser = parse_positive)]
     pub(crate) width: f64,
     /// In modes edges-*: take the model as it is, open or with faces turned any way, and find the nearest faces by an item buffer
-    #[arg(long, conflicts_with_all = ["close_holes", "repair"])]
+    #[arg(long, conflicts_with_all = ["close_holes", "repair", "weld"])]
     pub(crate) soup: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
