@@ -6,7 +6,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::chains::Chains;
-use crate::epipolar::{EpipolarFrame, object_from_image, project};
+use crate::epipolar::{EpipolarFrame, MIN_FORWARD_COSINE, object_from_image, project};
 use crate::loops::DeepLoops;
 use crate::rows::{Rows, RowsScratch};
 use crate::within::{PairRows, PairScratch, PairSource, Room};
@@ -40,7 +40,7 @@ pub(crate) struct RectifiedPair {
 }
 
 impl RectifiedPair {
-    /// Rectifies two silhouettes; returns `None` when they cannot be: viewpoints and center in line, or a ray beside the frame.
+    /// Rectifies two silhouettes; returns `None` when they cannot be: viewpoints and center in line.
     ///
     /// Turns by less than `slack`, in tangents, are levelled.
     pub(crate) fn assign(
@@ -156,13 +156,20 @@ fn rectify(
     for points in seen.loops.iter() {
         for &p in points {
             let ray = matrix * DVec3::new(p.x, p.y, 1.0);
-            let q = project(ray)?;
+            let q = project(in_front(ray))?;
             output.push(DVec3::new(q.x, q.y, baseline * p.z / ray.z));
         }
         output.close(slack);
     }
     output.seal();
     Some(())
+}
+
+/// A ray of the frame, turned in front of it where it lies beside it: what an interpolated silhouette has there is not of the model,
+/// and the rest of the outline need not be lost with it.
+fn in_front(ray: DVec3) -> DVec3 {
+    let least = 1.01 * MIN_FORWARD_COSINE * ray.x.hypot(ray.y);
+    ray.with_z(ray.z.max(least))
 }
 
 /// The matrix from rectified coordinates of `frame` (with a 1 appended) to rays.

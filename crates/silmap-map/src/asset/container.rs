@@ -1,7 +1,7 @@
-//! The outside of the file: the chunks of a binary glTF, and the checksum over all of it.
+//! The outside of the file: the chunks of a binary glTF, and where the checksum is in a file that this program wrote.
 //!
-//! The checksum is the CRC-32 of the whole file with the checksum's own eight hexadecimal digits taken as zeros, so no
-//! byte of the file is left unguarded.
+//! Files of version 1 have a checksum over the whole file: the CRC-32 with the checksum's own eight hexadecimal digits taken as
+//! zeros. Later ones have it over what belongs to the extension: see [`references`](super::references).
 
 use super::AssetError;
 
@@ -9,8 +9,11 @@ const MAGIC: u32 = 0x4654_6C67; // "glTF"
 const GLTF_VERSION: u32 = 2;
 const JSON_CHUNK: u32 = 0x4E4F_534A; // "JSON"
 const BINARY_CHUNK: u32 = 0x004E_4942; // "BIN\0"
-const HEADER_BYTES: usize = 12;
+const FILE_HEADER_BYTES: usize = 12;
 const CHUNK_HEADER_BYTES: usize = 8;
+
+/// Bytes of a `.glb` file before its JSON text.
+pub const HEADER_BYTES: usize = FILE_HEADER_BYTES + CHUNK_HEADER_BYTES;
 
 /// Stands where the checksum goes until it is known.
 pub(super) const CHECKSUM_BLANK: &str = "00000000";
@@ -30,7 +33,7 @@ pub(super) struct Chunks<'a> {
 pub(super) fn join(json: &str, binary: &[u8]) -> Result<Vec<u8>, AssetError> {
     let json_length = json.len().next_multiple_of(4);
     let binary_length = binary.len().next_multiple_of(4);
-    let bytes = HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + json_length + binary_length;
+    let bytes = HEADER_BYTES + CHUNK_HEADER_BYTES + json_length + binary_length;
     let word = |n: usize| u32::try_from(n).map_err(|_| AssetError::TooLarge { bytes });
     let mut file = Vec::with_capacity(bytes);
     for value in [
@@ -43,13 +46,22 @@ pub(super) fn join(json: &str, binary: &[u8]) -> Result<Vec<u8>, AssetError> {
         file.extend_from_slice(&value.to_le_bytes());
     }
     file.extend_from_slice(json.as_bytes());
-    file.resize(HEADER_BYTES + CHUNK_HEADER_BYTES + json_length, b' ');
+    file.resize(HEADER_BYTES + json_length, b' ');
     for value in [word(binary_length)?, BINARY_CHUNK] {
         file.extend_from_slice(&value.to_le_bytes());
     }
     file.extend_from_slice(binary);
     file.resize(bytes, 0);
     Ok(file)
+}
+
+/// Bytes of the JSON text that follow the first [`HEADER_BYTES`] of a `.glb` file; `None` when it is not one.
+#[must_use]
+pub fn json_length(header: &[u8; HEADER_BYTES]) -> Option<u32> {
+    let (magic, rest) = take_word(header)?;
+    let (length, kind) = take_word(rest.get(8..)?)?;
+    let (kind, _) = take_word(kind)?;
+    (magic == MAGIC && kind == JSON_CHUNK).then_some(length)
 }
 
 /// Finds the chunks of a file. A file of JSON alone has an empty binary chunk.
@@ -103,7 +115,7 @@ fn checksum_range(file: &[u8]) -> Option<std::ops::Range<usize>> {
     let key = json
         .windows(CHECKSUM_KEY.len())
         .position(|window| window == CHECKSUM_KEY)?;
-    let start = HEADER_BYTES + CHUNK_HEADER_BYTES + key + CHECKSUM_KEY.len();
+    let start = HEADER_BYTES + key + CHECKSUM_KEY.len();
     let end = start + CHECKSUM_BLANK.len();
     (end <= file.len()).then_some(start..end)
 }
@@ -116,26 +128,27 @@ fn checksum(file: &[u8], digits: &std::ops::Range<usize>) -> String {
     format!("{:08x}", crc.finalize())
 }
 
-/// Writes the checksum over its placeholder.
-pub(super) fn seal(file: &mut [u8]) {
-    if let Some(digits) = checksum_range(file) {
-        let sum = checksum(file, &digits);
+/// Writes a checksum over its placeholder, or over another.
+pub(super) fn seal(file: &mut [u8], sum: &str) {
+    if let Some(digits) = checksum_range(file)
+        && digits.len() == sum.len()
+    {
         file[digits].copy_from_slice(sum.as_bytes());
     }
 }
 
-/// Compares the checksum with the bytes.
-pub(super) fn check_seal(file: &[u8]) -> Result<(), AssetError> {
-    let digits = checksum_range(file).ok_or(AssetError::Document {
-        reason: "there is no checksum where this program puts it".into(),
-    })?;
-    let computed = checksum(file, &digits);
-    let stored = &file[digits];
-    if stored == computed.as_bytes() {
+/// Compares the checksum of a file of version 1 with its bytes; `by` is the program that wrote it.
+pub(super) fn check_seal(file: &[u8], by: Option<&str>) -> Result<(), AssetError> {
+    let digits = checksum_range(file);
+    let computed = digits.as_ref().map(|digits| checksum(file, digits));
+    let stored = digits.map(|digits| String::from_utf8_lossy(&file[digits]).into_owned());
+    if stored.is_some() && stored == computed {
         return Ok(());
     }
+    let nothing = || "nothing".to_owned();
     Err(AssetError::Damaged {
-        stored: String::from_utf8_lossy(stored).into_owned(),
-        computed,
+        stored: stored.unwrap_or_else(nothing),
+        computed: computed.unwrap_or_else(nothing),
+        by: by.map(str::to_owned),
     })
 }

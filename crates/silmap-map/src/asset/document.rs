@@ -10,10 +10,17 @@ use super::hull_mesh::HullArrays;
 /// Name of the optional glTF extension that holds all but the plain model.
 pub const EXTENSION_NAME: &str = "SILMAP_silhouette_map";
 
-/// The one version of the extension that this program writes and reads.
-pub const FORMAT_VERSION: u32 = 1;
+/// The version of the extension that this program writes; it reads this one and those before.
+pub const FORMAT_VERSION: u32 = 2;
+
+/// The version whose checksum is over the whole file and whose hull is the document's first mesh.
+pub(super) const WHOLE_FILE_VERSION: u32 = 1;
+
+/// Name in the mesh's extras, which tells that the file was an asset when the extension is gone.
+pub(super) const TRACE: &str = "silmap";
 
 /// Component types and buffer view targets of glTF.
+pub(super) const UNSIGNED_BYTE: u32 = 5121;
 pub(super) const UNSIGNED_SHORT: u32 = 5123;
 pub(super) const UNSIGNED_INT: u32 = 5125;
 pub(super) const FLOAT: u32 = 5126;
@@ -22,7 +29,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34_963;
 
 /// A type of picture that glTF itself does not know, and the extension that allows it.
 pub(super) const WEBP: &str = "image/webp";
-const WEBP_EXTENSION: &str = "EXT_texture_webp";
+pub(super) const WEBP_EXTENSION: &str = "EXT_texture_webp";
 
 /// Says that the light is in the colours already.
 const UNLIT_EXTENSION: &str = "KHR_materials_unlit";
@@ -31,12 +38,16 @@ const UNLIT_EXTENSION: &str = "KHR_materials_unlit";
 const LINEAR: u32 = 9729;
 const CLAMP_TO_EDGE: u32 = 33_071;
 
-/// The extension's object at the document's root. Numbers named `…View` are indices of buffer views.
+/// The extension's object at the document's root. Numbers named `…View` are indices of buffer views, `…Accessor` of accessors,
+/// `image`, `images` and `normals` of images: see [`references`](super::references).
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Extension {
     pub(super) format_version: u32,
     pub(super) checksum: String,
+    /// Bytes of all that the extension refers to; not in files of version 1.
+    #[serde(default)]
+    pub(super) data_bytes: u64,
     pub(super) model: ModelPart,
     pub(super) build: BuildPart,
     pub(super) map: MapPart,
@@ -114,6 +125,19 @@ impl From<Coverage> for CoverageRule {
 pub(super) struct HullPart {
     pub(super) volume_ratio: f64,
     pub(super) vertices_view: usize,
+    /// Where the mesh's arrays are; not in files of version 1.
+    #[serde(flatten)]
+    pub(super) arrays: Option<ArrayPart>,
+}
+
+/// The hull's arrays. They are those of the document's mesh, unless another program has changed that.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct ArrayPart {
+    pub(super) positions_accessor: usize,
+    pub(super) indices_accessor: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) uvs_accessor: Option<usize>,
 }
 
 /// Texture views and atlas; `images` are indices of glTF images.
@@ -237,13 +261,14 @@ impl Document {
     }
 
     /// The hull's arrays as the document's one mesh, with these images as its unlit base colour and its normals.
-    pub(super) fn set_mesh(&mut self, arrays: &HullArrays, atlas: Option<&AtlasPart>) {
+    pub(super) fn set_mesh(&mut self, arrays: &HullArrays, atlas: Option<&AtlasPart>) -> ArrayPart {
         let indices = self.push_indices(&arrays.indices, arrays.positions.len());
         let positions = self.push_floats(&arrays.positions, true);
         let normals = self.push_floats(&arrays.normals, false);
         let mut attributes = json!({ "POSITION": positions, "NORMAL": normals });
-        if !arrays.uvs.is_empty() {
-            attributes["TEXCOORD_0"] = self.push_floats(&arrays.uvs, false).into();
+        let uvs = (!arrays.uvs.is_empty()).then(|| self.push_floats(&arrays.uvs, false));
+        if let Some(uvs) = uvs {
+            attributes["TEXCOORD_0"] = uvs.into();
         }
         if !arrays.tangents.is_empty() {
             attributes["TANGENT"] = self.push_floats(&arrays.tangents, false).into();
@@ -255,17 +280,27 @@ impl Document {
         });
         self.atlas_image = atlas.map(|a| a.image);
         self.normal_image = atlas.and_then(|a| a.normals);
+        ArrayPart {
+            positions_accessor: positions,
+            indices_accessor: indices,
+            uvs_accessor: uvs,
+        }
     }
 
     /// The JSON text of the whole document with a buffer of that many bytes. The extension's checksum is still blank.
-    pub(super) fn finish(self, extension: &Extension, buffer_bytes: usize) -> String {
+    pub(super) fn json(&self, extension: &Extension, buffer_bytes: usize) -> String {
         let mut surface = json!({ "metallicFactor": 0.0, "roughnessFactor": 1.0 });
         let mut root = json!({
             "asset": { "version": "2.0", "generator": extension.build.generator },
             "scene": 0,
             "scenes": [{ "nodes": [0] }],
             "nodes": [{ "mesh": 0, "name": extension.model.name }],
-            "meshes": [{ "name": extension.model.name, "primitives": [self.primitive] }],
+            "meshes": [{
+                "name": extension.model.name,
+                "primitives": [self.primitive],
+                // Programs that leave the extension out often keep this.
+                "extras": { TRACE: EXTENSION_NAME },
+            }],
             "accessors": self.accessors,
             "bufferViews": self.buffers.views,
             "buffers": [{ "byteLength": buffer_bytes }],
@@ -298,7 +333,7 @@ impl Document {
         }
         root["extensionsUsed"] = json!(extensions);
         if !self.images.is_empty() {
-            root["images"] = self.images.into();
+            root["images"] = json!(self.images);
         }
         root.to_string()
     }
@@ -311,50 +346,54 @@ pub(super) struct PlainDocument {
     #[serde(default)]
     pub(super) extensions: serde_json::Map<String, Value>,
     #[serde(default)]
+    pub(super) asset: PlainAsset,
+    #[serde(default)]
     pub(super) meshes: Vec<PlainMesh>,
     #[serde(default)]
     pub(super) accessors: Vec<PlainAccessor>,
     #[serde(default)]
     pub(super) buffer_views: Vec<PlainBufferView>,
     #[serde(default)]
+    pub(super) buffers: Vec<PlainBuffer>,
+    #[serde(default)]
     pub(super) images: Vec<PlainImage>,
+}
+
+/// Who wrote the document.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct PlainAsset {
+    pub(super) generator: Option<String>,
 }
 
 /// A mesh, as far as it is read.
 #[derive(Debug, Deserialize)]
 pub(super) struct PlainMesh {
+    #[serde(default)]
     pub(super) primitives: Vec<PlainPrimitive>,
 }
 
 /// A primitive, as far as it is read.
 #[derive(Debug, Deserialize)]
 pub(super) struct PlainPrimitive {
-    pub(super) attributes: PlainAttributes,
+    /// Accessors by attribute.
     #[serde(default)]
-    pub(super) indices: usize,
-}
-
-/// Accessor indices of a primitive's attributes.
-#[derive(Debug, Deserialize)]
-pub(super) struct PlainAttributes {
-    #[serde(rename = "POSITION")]
-    pub(super) position: usize,
-    #[serde(rename = "TEXCOORD_0")]
-    pub(super) texcoord: Option<usize>,
+    pub(super) attributes: std::collections::BTreeMap<String, usize>,
+    pub(super) indices: Option<usize>,
 }
 
 /// An accessor.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct PlainAccessor {
-    #[serde(default)]
-    pub(super) buffer_view: usize,
+    pub(super) buffer_view: Option<usize>,
     #[serde(default)]
     pub(super) byte_offset: usize,
     pub(super) component_type: u32,
     pub(super) count: usize,
     #[serde(rename = "type")]
     pub(super) shape: String,
+    #[serde(default)]
+    pub(super) sparse: Option<Value>,
 }
 
 /// A buffer view.
@@ -362,16 +401,25 @@ pub(super) struct PlainAccessor {
 #[serde(rename_all = "camelCase")]
 pub(super) struct PlainBufferView {
     #[serde(default)]
+    pub(super) buffer: usize,
+    #[serde(default)]
     pub(super) byte_offset: usize,
     pub(super) byte_length: usize,
+    pub(super) byte_stride: Option<usize>,
+}
+
+/// A buffer; without an address it is the file's binary chunk.
+#[derive(Debug, Deserialize)]
+pub(super) struct PlainBuffer {
+    pub(super) uri: Option<String>,
 }
 
 /// An image.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct PlainImage {
-    #[serde(default)]
-    pub(super) buffer_view: usize,
+    pub(super) buffer_view: Option<usize>,
+    pub(super) uri: Option<String>,
     #[serde(default)]
     pub(super) mime_type: String,
 }

@@ -4,12 +4,14 @@
 //! colour and, where they were baked, its normals. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
 //! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
-//! (contours of less detail), [`order`] (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
+//! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
 
+mod attach;
 mod container;
+mod contents;
 mod document;
 mod hull_mesh;
 mod levels;
@@ -17,6 +19,8 @@ mod order;
 mod packing;
 mod paint;
 mod read;
+mod references;
+mod same_hull;
 mod silhouettes;
 mod tangents;
 #[cfg(test)]
@@ -28,9 +32,13 @@ use thiserror::Error;
 
 use crate::SilhouetteMap;
 
+pub use attach::{AttachError, Attached, attach};
+pub use container::{HEADER_BYTES, json_length};
+pub use contents::Beside;
 pub use document::{EXTENSION_NAME, FORMAT_VERSION};
 pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
-pub use read::{read, sizes};
+pub use read::{model_name, read, read_with, sizes, sizes_with};
+pub use same_hull::{HullDifference, SAME_HULL_SHARE, Triangles};
 pub use silhouettes::{DEPTH_STEPS_PER_RADIUS, POINT_STEPS_PER_PX, quantise};
 pub use tangents::TangentFrames;
 pub use write::write;
@@ -163,8 +171,23 @@ pub enum AssetError {
         reason: String,
     },
     /// A proper glTF file, but without silhouettes.
-    #[error("it has no silhouette map (not a silmap asset): make one with `silmap build`")]
-    NoSilhouetteMap,
+    #[error("{}", no_map(*.was_asset, .by.as_deref()))]
+    NoSilhouetteMap {
+        /// Whether something in it tells that it was an asset.
+        was_asset: bool,
+        /// The program that wrote the file.
+        by: Option<String>,
+    },
+    /// The silhouette map's JSON is there, but not the data that it refers to.
+    #[error(
+        "its silhouette map has lost its data: {} kept the JSON alone, or the file is damaged; `silmap attach` puts the data back from \
+         the asset as it was",
+        program(.by.as_deref())
+    )]
+    LostData {
+        /// The program that wrote the file.
+        by: Option<String>,
+    },
     /// Written by a later version of this program.
     #[error(
         "its silhouette map has format version {found}, this program reads version {known}: update it or build again"
@@ -176,12 +199,14 @@ pub enum AssetError {
         known: u32,
     },
     /// The checksum does not fit the bytes.
-    #[error("it is damaged: its checksum says {stored}, its bytes say {computed}")]
+    #[error("it is damaged{}: its checksum says {stored}, its bytes say {computed}", or_changed(.by.as_deref()))]
     Damaged {
         /// Checksum in the file.
         stored: String,
         /// Checksum of the bytes.
         computed: String,
+        /// The program that wrote the file.
+        by: Option<String>,
     },
     /// A part ends before its contents do.
     #[error("it is damaged: the {part} end too early")]
@@ -301,4 +326,35 @@ pub enum AssetError {
         /// Bytes needed.
         bytes: usize,
     },
+}
+
+/// How the name of the program that writes assets begins.
+const OURS: &str = "silmap";
+
+/// The program that wrote a file, for the beginning of a sentence about what it left out.
+fn program(by: Option<&str>) -> &str {
+    by.filter(|by| !by.starts_with(OURS))
+        .unwrap_or("a program that rewrote the file")
+}
+
+/// What else may have happened to a damaged file that another program wrote.
+fn or_changed(by: Option<&str>) -> String {
+    match by.filter(|by| !by.starts_with(OURS)) {
+        Some(by) => format!(", or {by}, which rewrote it, changed what belongs to the silhouettes"),
+        None => String::new(),
+    }
+}
+
+/// What to say of a file without silhouettes.
+fn no_map(was_asset: bool, by: Option<&str>) -> String {
+    const BACK: &str = "`silmap attach` puts it back from the asset as it was, and tools/web has the class by which glTF-Transform keeps it";
+    if was_asset {
+        return format!(
+            "it has no silhouette map any more: {} left it out; {BACK}",
+            program(by)
+        );
+    }
+    format!(
+        "it has no silhouette map (not a silmap asset): make one with `silmap build`, or if it was one that another program rewrote, {BACK}"
+    )
 }

@@ -3,13 +3,14 @@
 //! Nothing is believed: the checksum is compared first, then every count against the bytes that are there and every index
 //! against what it points into.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
+use super::contents::{Beside, Buffers, Data};
 use super::document::{
-    EXTENSION_NAME, Extension, FLOAT, FORMAT_VERSION, PlainDocument, UNSIGNED_INT, UNSIGNED_SHORT,
+    EXTENSION_NAME, Extension, FORMAT_VERSION, PlainDocument, TRACE, WHOLE_FILE_VERSION,
 };
 use super::hull_mesh::{self, HullArrays};
-use super::packing::Decoder;
+use super::references;
 use super::silhouettes::MapHeader;
 use super::write::{check_atlas_picture, check_picture};
 use super::{
@@ -17,13 +18,23 @@ use super::{
 };
 use super::{container, levels, order, paint, silhouettes};
 
-/// The asset in the bytes of a `.glb` file.
+/// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
+///
+/// Another program may have rewritten the file: all that counts is that the extension and what it refers to mean the same.
 ///
 /// # Errors
 /// When the bytes are not a glTF file, have no silhouette map, come from another version of the format, or are damaged:
-/// any changed byte and any cut is noticed.
+/// any changed byte of the asset's own and any cut is noticed.
 pub fn read(file: &[u8]) -> Result<Asset, AssetError> {
-    Contents::open(file)?.asset()
+    read_with(file, &|_| None)
+}
+
+/// As [`read`]; `beside` gives the bytes of files that the document names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(file: &[u8], beside: Beside<'_>) -> Result<Asset, AssetError> {
+    Contents::open(file, beside)?.asset()
 }
 
 /// How the bytes of a `.glb` file divide.
@@ -31,27 +42,37 @@ pub fn read(file: &[u8]) -> Result<Asset, AssetError> {
 /// # Errors
 /// As [`read`], but without looking into the parts.
 pub fn sizes(file: &[u8]) -> Result<AssetSizes, AssetError> {
-    let contents = Contents::open(file)?;
+    sizes_with(file, &|_| None)
+}
+
+/// As [`sizes`]; `beside` gives the bytes of files that the document names.
+///
+/// # Errors
+/// As [`sizes`].
+pub fn sizes_with(file: &[u8], beside: Beside<'_>) -> Result<AssetSizes, AssetError> {
+    let contents = Contents::open(file, beside)?;
+    let data = contents.data();
     let Extension {
-        build,
         map,
         hull,
         textures,
         ..
     } = &contents.extension;
-    let levels = contents.view_if_there(map.levels_view)?;
-    let map = contents.view(map.silhouettes_view)?.len() + levels.map_or(0, <[u8]>::len);
-    let mut record = contents.view(build.error_curve_view)?.len();
-    for view in [build.uniform_curve_view, build.collapse_order_view] {
-        record += contents.view_if_there(view)?.map_or(0, <[u8]>::len);
+    let levels = data.view_if_there(map.levels_view)?;
+    let map = data.view(map.silhouettes_view)?.len() + levels.map_or(0, <[u8]>::len);
+    let atlas = textures.atlas.as_ref();
+    let atlas = atlas.into_iter().flat_map(|a| [Some(a.image), a.normals]);
+    let mut paint = data.view(textures.cameras_view)?.len();
+    for &image in textures
+        .images
+        .iter()
+        .chain(atlas.flatten().collect::<Vec<_>>().iter())
+    {
+        paint += data.image(image)?.bytes.len();
     }
-    let mut paint = contents.view(textures.cameras_view)?.len();
-    for image in &contents.document.images {
-        paint += contents.view(image.buffer_view)?.len();
-    }
-    contents.view(hull.vertices_view)?;
-    // All the buffer is one of the four; what is left over are the hull's arrays.
-    let hull = contents.binary.len().saturating_sub(map + record + paint);
+    let arrays = contents.arrays()?;
+    let numbers = arrays.positions.len() * 3 + arrays.uvs.len() * 2 + arrays.indices.len();
+    let hull = data.view(hull.vertices_view)?.len() + 4 * numbers;
     Ok(AssetSizes {
         map: map as u64,
         hull: hull as u64,
@@ -60,11 +81,21 @@ pub fn sizes(file: &[u8]) -> Result<AssetSizes, AssetError> {
     })
 }
 
-/// A file that is whole and of this version.
-struct Contents<'a> {
-    document: PlainDocument,
-    extension: Extension,
-    binary: &'a [u8],
+/// The name of the model that an asset was made from, by the JSON text of its file; `None` when there is no silhouette map.
+/// Nothing is checked.
+#[must_use]
+pub fn model_name(json: &[u8]) -> Option<String> {
+    let document: Value = serde_json::from_slice(json).ok()?;
+    let extension = document.get("extensions")?.get(EXTENSION_NAME)?;
+    let name = extension.pointer("/model/name").and_then(Value::as_str);
+    Some(name.unwrap_or_default().to_owned())
+}
+
+/// A file that is whole, of a version that is known.
+pub(super) struct Contents<'a> {
+    pub(super) document: PlainDocument,
+    pub(super) extension: Extension,
+    buffers: Buffers<'a>,
 }
 
 fn bad_document(error: &serde_json::Error) -> AssetError {
@@ -73,31 +104,94 @@ fn bad_document(error: &serde_json::Error) -> AssetError {
     }
 }
 
-fn no_such(what: &'static str, index: usize, count: usize) -> AssetError {
-    AssetError::NoSuch {
-        what,
-        index: index as u64,
-        count,
+/// The JSON text and the binary chunk of a `.glb` file; a `.gltf` file is its own text.
+fn split(file: &[u8]) -> Result<container::Chunks<'_>, AssetError> {
+    if file.trim_ascii_start().starts_with(b"{") {
+        let binary = &[];
+        return Ok(container::Chunks { json: file, binary });
+    }
+    container::split(file)
+}
+
+/// Whether a document without the extension was an asset once, as far as can be told.
+fn was_asset(json: &[u8]) -> bool {
+    let Ok(document) = serde_json::from_slice::<Value>(json) else {
+        return false;
+    };
+    let lists = ["/meshes", "/nodes", "/scenes"].map(|place| document.pointer(place));
+    let mut things = lists
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_array)
+        .flatten();
+    let is_named = |place: &str| {
+        let names = document.pointer(place).and_then(Value::as_array);
+        names.is_some_and(|names| names.iter().any(|name| name == EXTENSION_NAME))
+    };
+    things.any(|thing| {
+        thing
+            .pointer("/extras")
+            .is_some_and(|e| e.get(TRACE).is_some())
+    }) || is_named("/extensionsUsed")
+}
+
+/// The checksum that a document's extension should have, and the bytes that it refers to.
+fn checksum(data: Data<'_>, extension: &Map<String, Value>) -> Result<(String, u64), AssetError> {
+    references::checksum(extension, &mut |kind, index, bytes| {
+        data.meaning(kind, index, bytes)
+    })
+}
+
+/// Compares the checksum with the extension and the bytes that it refers to.
+fn check(data: Data<'_>, extension: &Map<String, Value>) -> Result<(), AssetError> {
+    let by = data.document.asset.generator.clone();
+    let lost = |by: &Option<String>| AssetError::LostData { by: by.clone() };
+    let (computed, bytes) = checksum(data, extension).map_err(|_| lost(&by))?;
+    if extension.get("dataBytes").and_then(Value::as_u64) != Some(bytes) {
+        return Err(lost(&by));
+    }
+    match extension.get("checksum").and_then(Value::as_str) {
+        Some(stored) if stored == computed => Ok(()),
+        stored => Err(AssetError::Damaged {
+            stored: stored.unwrap_or("nothing").to_owned(),
+            computed,
+            by,
+        }),
     }
 }
 
-fn get<'b, T>(what: &'static str, items: &'b [T], index: usize) -> Result<&'b T, AssetError> {
-    items.get(index).ok_or(no_such(what, index, items.len()))
+/// The checksum of a file whose own is still blank, and the bytes that its extension refers to.
+pub(super) fn checksum_of(file: &[u8]) -> Result<(String, u64), AssetError> {
+    let chunks = split(file)?;
+    let document: PlainDocument =
+        serde_json::from_slice(chunks.json).map_err(|e| bad_document(&e))?;
+    let buffers = Buffers::of(&document, chunks.binary, &|_| None);
+    let data = Data {
+        document: &document,
+        buffers: &buffers,
+    };
+    let extension = document.extensions.get(EXTENSION_NAME);
+    let extension = extension.and_then(Value::as_object);
+    checksum(data, extension.unwrap_or(&Map::new()))
 }
 
 impl<'a> Contents<'a> {
-    fn open(file: &'a [u8]) -> Result<Self, AssetError> {
-        let chunks = container::split(file)?;
+    pub(super) fn open(file: &'a [u8], beside: Beside<'_>) -> Result<Self, AssetError> {
+        let chunks = split(file)?;
         let mut document: PlainDocument =
             serde_json::from_slice(chunks.json).map_err(|e| bad_document(&e))?;
-        let extension = document
-            .extensions
-            .remove(EXTENSION_NAME)
-            .ok_or(AssetError::NoSilhouetteMap)?;
+        let by = &document.asset.generator;
+        let Some(mut extension) = document.extensions.remove(EXTENSION_NAME) else {
+            return Err(AssetError::NoSilhouetteMap {
+                was_asset: was_asset(chunks.json),
+                by: by.clone(),
+            });
+        };
+        references::spell_integers(&mut extension);
         let version = extension.get("formatVersion").and_then(Value::as_u64);
         let version = version.and_then(|v| u32::try_from(v).ok());
-        match version {
-            Some(FORMAT_VERSION) => {}
+        let version = match version {
+            Some(version @ WHOLE_FILE_VERSION..=FORMAT_VERSION) => version,
             Some(found) => {
                 return Err(AssetError::UnknownVersion {
                     found,
@@ -109,16 +203,39 @@ impl<'a> Contents<'a> {
                     reason: "the silhouette map has no format version".into(),
                 });
             }
+        };
+        let buffers = Buffers::of(&document, chunks.binary, beside);
+        if version == WHOLE_FILE_VERSION {
+            container::check_seal(file, by.as_deref())?;
+        } else {
+            let data = Data {
+                document: &document,
+                buffers: &buffers,
+            };
+            check(data, extension.as_object().unwrap_or(&Map::new()))?;
         }
-        container::check_seal(file)?;
+        let extension: Extension =
+            serde_json::from_value(extension).map_err(|e| bad_document(&e))?;
+        if version > WHOLE_FILE_VERSION && extension.hull.arrays.is_none() {
+            return Err(AssetError::Document {
+                reason: "the silhouette map does not say where its hull is".into(),
+            });
+        }
         Ok(Self {
             document,
-            extension: serde_json::from_value(extension).map_err(|e| bad_document(&e))?,
-            binary: chunks.binary,
+            extension,
+            buffers,
         })
     }
 
-    fn asset(&self) -> Result<Asset, AssetError> {
+    pub(super) fn data(&self) -> Data<'_> {
+        Data {
+            document: &self.document,
+            buffers: &self.buffers,
+        }
+    }
+
+    pub(super) fn asset(&self) -> Result<Asset, AssetError> {
         let Extension {
             model,
             build,
@@ -128,11 +245,11 @@ impl<'a> Contents<'a> {
             ..
         } = &self.extension;
         let (mut hull, corner_uvs) =
-            hull_mesh::weld(self.view(hull_part.vertices_view)?, &self.arrays()?)?;
+            hull_mesh::weld(self.data().view(hull_part.vertices_view)?, &self.arrays()?)?;
         hull.volume_ratio = hull_part.volume_ratio;
 
         let (cameras, visible_views) = paint::decode(
-            self.view(textures.cameras_view)?,
+            self.data().view(textures.cameras_view)?,
             textures.images.len(),
             hull.faces.len(),
         )?;
@@ -168,15 +285,15 @@ impl<'a> Contents<'a> {
             coverage: map.coverage.into(),
         };
         let levels_view = map.levels_view;
-        let mut map = silhouettes::decode(&header, self.view(map.silhouettes_view)?)?;
-        if let Some(bytes) = self.view_if_there(levels_view)? {
+        let mut map = silhouettes::decode(&header, self.data().view(map.silhouettes_view)?)?;
+        if let Some(bytes) = self.data().view_if_there(levels_view)? {
             levels::decode(bytes, &mut map)?;
         }
-        let uniform_curve = match self.view_if_there(build.uniform_curve_view)? {
+        let uniform_curve = match self.data().view_if_there(build.uniform_curve_view)? {
             Some(bytes) => paint::decode_curve(bytes)?,
             None => Vec::new(),
         };
-        let order = match self.view_if_there(build.collapse_order_view)? {
+        let order = match self.data().view_if_there(build.collapse_order_view)? {
             Some(bytes) => Some(order::decode(bytes, map.views.len())?),
             None => None,
         };
@@ -187,7 +304,7 @@ impl<'a> Contents<'a> {
                 model_vertices: model.vertices,
                 model_crc32: model.crc32,
                 captured_views: build.captured_views,
-                error_curve: paint::decode_curve(self.view(build.error_curve_view)?)?,
+                error_curve: paint::decode_curve(self.data().view(build.error_curve_view)?)?,
                 uniform_curve,
                 order,
                 generator: build.generator.clone(),
@@ -203,81 +320,33 @@ impl<'a> Contents<'a> {
         })
     }
 
-    /// The bytes of a buffer view.
-    fn view(&self, index: usize) -> Result<&'a [u8], AssetError> {
-        let view = get("buffer view", &self.document.buffer_views, index)?;
-        self.binary
-            .get(view.byte_offset..)
-            .and_then(|rest| rest.get(..view.byte_length))
-            .ok_or(AssetError::Truncated {
-                part: "buffer views",
-            })
-    }
-
-    fn view_if_there(&self, index: Option<usize>) -> Result<Option<&'a [u8]>, AssetError> {
-        index.map(|index| self.view(index)).transpose()
-    }
-
-    /// The bytes of an accessor's elements, and its component type and count.
-    fn accessor(&self, index: usize, shape: &str) -> Result<(&'a [u8], u32, usize), AssetError> {
-        let accessor = get("accessor", &self.document.accessors, index)?;
-        if accessor.shape != shape {
-            return Err(AssetError::Document {
-                reason: format!("accessor {index} is not a {shape}"),
-            });
-        }
-        let bytes = self
-            .view(accessor.buffer_view)?
-            .get(accessor.byte_offset..)
-            .ok_or(AssetError::Truncated { part: "accessors" })?;
-        Ok((bytes, accessor.component_type, accessor.count))
-    }
-
-    fn float_rows<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>, AssetError> {
-        let (bytes, component_type, count) = self.accessor(index, &format!("VEC{N}"))?;
-        if component_type != FLOAT {
-            return Err(AssetError::Document {
-                reason: format!("accessor {index} does not hold floats"),
-            });
-        }
-        let mut read = Decoder::new(bytes, "mesh arrays");
-        let count = read.check_room(count as u64, 4 * N)?;
-        (0..count)
-            .map(|_| {
-                let mut row = [0.0; N];
-                for x in &mut row {
-                    *x = read.single()?;
-                }
-                Ok(row)
-            })
-            .collect()
-    }
-
-    fn indices(&self, index: usize) -> Result<Vec<u32>, AssetError> {
-        let (bytes, component_type, count) = self.accessor(index, "SCALAR")?;
-        let width = match component_type {
-            UNSIGNED_SHORT => 2,
-            UNSIGNED_INT => 4,
-            _ => {
-                return Err(AssetError::Document {
-                    reason: format!("accessor {index} does not hold vertex indices"),
-                });
+    /// The hull's arrays: where the extension says, or in files of version 1 those of the first mesh.
+    fn arrays(&self) -> Result<HullArrays, AssetError> {
+        let missing = |what: &str| AssetError::Document {
+            reason: format!("the first mesh has no {what}"),
+        };
+        let (positions, uvs, indices) = match &self.extension.hull.arrays {
+            Some(part) => (
+                part.positions_accessor,
+                part.uvs_accessor,
+                part.indices_accessor,
+            ),
+            None => {
+                let mesh = self.document.meshes.first();
+                let primitive = mesh.and_then(|mesh| mesh.primitives.first());
+                let primitive = primitive.ok_or(missing("triangles"))?;
+                let attribute = |name: &str| primitive.attributes.get(name).copied();
+                (
+                    attribute("POSITION").ok_or(missing("positions"))?,
+                    attribute("TEXCOORD_0"),
+                    primitive.indices.unwrap_or(0),
+                )
             }
         };
-        let mut read = Decoder::new(bytes, "mesh arrays");
-        let count = read.check_room(count as u64, width)?;
-        // Four bytes at most, so the cast loses nothing.
-        (0..count)
-            .map(|_| Ok(read.low_bytes(width)? as u32))
-            .collect()
-    }
-
-    fn arrays(&self) -> Result<HullArrays, AssetError> {
-        let mesh = get("mesh", &self.document.meshes, 0)?;
-        let primitive = get("primitive", &mesh.primitives, 0)?;
-        let positions = self.float_rows::<3>(primitive.attributes.position)?;
-        let uvs = match primitive.attributes.texcoord {
-            Some(index) => self.float_rows::<2>(index)?,
+        let data = self.data();
+        let positions = data.float_rows::<3>(positions)?;
+        let uvs = match uvs {
+            Some(index) => data.float_rows::<2>(index)?,
             None => Vec::new(),
         };
         if !uvs.is_empty() && uvs.len() != positions.len() {
@@ -290,7 +359,7 @@ impl<'a> Contents<'a> {
         Ok(HullArrays {
             positions,
             uvs,
-            indices: self.indices(primitive.indices)?,
+            indices: data.indices(indices)?,
             ..HullArrays::default()
         })
     }
@@ -302,11 +371,7 @@ impl<'a> Contents<'a> {
     }
 
     fn picture(&self, index: usize, what: &'static str) -> Result<EncodedImage, AssetError> {
-        let image = get("image", &self.document.images, index)?;
-        let picture = EncodedImage {
-            mime_type: image.mime_type.clone(),
-            bytes: self.view(image.buffer_view)?.to_vec(),
-        };
+        let picture = self.data().image(index)?;
         check_picture(&picture, what)?;
         Ok(picture)
     }

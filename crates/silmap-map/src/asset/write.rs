@@ -5,7 +5,7 @@ use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
     TexturePart, WEBP,
 };
-use super::{Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, silhouettes};
+use super::{Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, read, silhouettes};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///
@@ -41,7 +41,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         }
         None => None,
     };
-    document.set_mesh(&arrays, atlas.as_ref());
+    let array_part = document.set_mesh(&arrays, atlas.as_ref());
     let mut images = Vec::with_capacity(textures.views.len());
     for (v, view) in textures.views.iter().enumerate() {
         check_picture(&view.image, "of a texture view")?;
@@ -56,9 +56,10 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         });
     }
     let buffers = &mut document.buffers;
-    let extension = Extension {
+    let mut extension = Extension {
         format_version: FORMAT_VERSION,
         checksum: CHECKSUM_BLANK.into(),
+        data_bytes: 0,
         model: ModelPart {
             name: record.name.clone(),
             faces: record.model_faces,
@@ -89,6 +90,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         hull: HullPart {
             volume_ratio: hull.volume_ratio,
             vertices_view: buffers.push(&hull_mesh::encode(hull, &arrays)),
+            arrays: Some(array_part),
         },
         textures: TexturePart {
             images,
@@ -97,9 +99,19 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         },
     };
     let binary = std::mem::take(&mut document.buffers.binary);
-    let mut file = container::join(&document.finish(&extension, binary.len()), &binary)?;
-    container::seal(&mut file);
+    // How long the number of bytes is told makes no difference to what it counts.
+    let draft = container::join(&document.json(&extension, binary.len()), &binary)?;
+    (_, extension.data_bytes) = read::checksum_of(&draft)?;
+    let mut file = container::join(&document.json(&extension, binary.len()), &binary)?;
+    seal(&mut file)?;
     Ok(file)
+}
+
+/// Writes the checksum of a file over its placeholder.
+pub(super) fn seal(file: &mut [u8]) -> Result<(), AssetError> {
+    let (sum, _) = read::checksum_of(file)?;
+    container::seal(file, &sum);
+    Ok(())
 }
 
 /// Refuses a picture whose first bytes are not those of its type.
