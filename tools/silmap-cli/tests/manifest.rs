@@ -87,9 +87,9 @@ fn each_model_ends_in_its_own_file_and_line() {
 {"model": "open.obj"}
 {"model": "missing.stl"}
 {"model": "c.ply", "out": "a.glb"}
-{"model": "c.ply", "options": {"viewz": 3}}
-{"model": "c.ply", "options": {"views": 3}}
-{"model": "c.ply", "options": {"keep": 50}}
+{"model": "c.ply", "out": "x1", "options": {"viewz": 3}}
+{"model": "c.ply", "out": "x2", "options": {"views": 3}}
+{"model": "c.ply", "out": "x3", "options": {"keep": 50}}
 {"model": "c.ply", "out": "../c.glb"}
 {"model": "c.ply"
 {"model": "c.ply", "options": {"max-error": "2%"}}
