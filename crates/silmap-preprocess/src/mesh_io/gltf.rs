@@ -14,6 +14,7 @@ use silmap_geometry::{ColourImage, Material};
 
 use super::error::{GltfFault, MeshFault};
 use super::gltf_data::{Accessor, load_buffers, read_resource};
+use super::gltf_places::{Place, places};
 use super::mtl::decode_image;
 use super::raw::{MOST_MATERIALS, PolygonLook, RawMesh};
 
@@ -47,6 +48,7 @@ pub(super) fn read(bytes: &[u8], is_binary: bool, folder: &Path) -> Result<RawMe
         buffers,
         folder,
         material_of: vec![None; document.materials().len()],
+        places: places(json),
     };
     reader.read_scene(&document)?;
     if reader.raw.mesh.faces.is_empty() {
@@ -141,6 +143,8 @@ struct Reader<'a> {
     folder: &'a Path,
     /// The mesh's material for each of the document's.
     material_of: Vec<Option<u16>>,
+    /// Where nodes say that they are, in double precision.
+    places: Vec<Place>,
 }
 
 impl Reader<'_> {
@@ -182,7 +186,8 @@ impl Reader<'_> {
                 let node = node.index();
                 return Err(MeshFault::Gltf(GltfFault::NodeLoop { node }));
             }
-            let world_from_node = world_from_parent * matrix(&node.transform());
+            let place = self.places.get(node.index()).copied().unwrap_or_default();
+            let world_from_node = world_from_parent * place.refine(matrix(&node.transform()));
             if node.skin().is_some() {
                 self.raw
                     .ignore("a skin was left out: the mesh is taken in its rest pose".to_owned());

@@ -6,9 +6,11 @@
 mod error;
 mod gltf;
 mod gltf_data;
+mod gltf_places;
 mod mtl;
 mod obj;
 mod off;
+mod origin;
 mod ply;
 mod ply_header;
 mod raw;
@@ -21,13 +23,14 @@ mod write;
 
 use std::path::Path;
 
+use glam::DVec3;
 use silmap_geometry::defects::counted;
 use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, holes, repair};
 
 pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError};
 use self::raw::RawMesh;
 use self::weld::{Welded, weld};
-pub use self::write::{check_output, encode, write};
+pub use self::write::{check_output, encode, encode_about, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
@@ -43,11 +46,22 @@ pub struct LoadOptions {
 /// A mesh that is ready for everything.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The mesh.
+    /// The mesh, in coordinates about [`ClosedMesh::origin`].
     pub mesh: ClosedMesh,
     /// The file's name without folder and extension.
     pub name: String,
     /// What was odd, or changed.
+    pub warnings: Vec<PrepWarning>,
+}
+
+/// Triangles as a file has them.
+#[derive(Clone, Debug)]
+pub struct LoadedTriangles {
+    /// The mesh, in coordinates about `origin`.
+    pub mesh: TriangleMesh,
+    /// Where the origin of its coordinates lies in those of the file.
+    pub origin: DVec3,
+    /// What was odd.
     pub warnings: Vec<PrepWarning>,
 }
 
@@ -65,6 +79,7 @@ enum Format {
 
 /// Reads a mesh file and makes sure that it is a closed, oriented manifold that faces outward.
 ///
+/// A model far from the file's origin is told in coordinates about a point near it, see [`ClosedMesh::origin`].
 /// Parts that face inward without lying in another part are turned, with a warning, whatever the options.
 ///
 /// # Errors
@@ -86,11 +101,18 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, MeshIoError> {
 /// Reads a mesh file: polygons cut into triangles, vertices at equal places merged, nothing else checked or changed.
 ///
 /// # Errors
-/// When the file cannot be read or understood.
-pub fn read_triangles(path: &Path) -> Result<(TriangleMesh, Vec<PrepWarning>), MeshIoError> {
+/// When the file cannot be read or understood, or is too far from its origin.
+pub fn read_triangles(path: &Path) -> Result<LoadedTriangles, MeshIoError> {
     let raw = read_file(path)?;
-    let welded = weld(&raw);
-    Ok((welded.mesh, raw.warnings))
+    let mut mesh = weld(&raw).mesh;
+    let mut warnings = raw.warnings;
+    let (origin, coarse) = origin::localise(&mut mesh).map_err(|fault| at(path, fault))?;
+    warnings.extend(coarse);
+    Ok(LoadedTriangles {
+        mesh,
+        origin,
+        warnings,
+    })
 }
 
 fn at(path: &Path, fault: MeshFault) -> MeshIoError {
@@ -181,6 +203,9 @@ fn close(raw: RawMesh, options: &LoadOptions) -> Result<(ClosedMesh, Vec<PrepWar
         );
         warnings.push(PrepWarning::Repaired { what });
     }
+    // Numbers of the file are compared with each other before this, and never after.
+    let (origin, coarse) = origin::localise(&mut mesh)?;
+    warnings.extend(coarse);
     let mut face_of = face_of;
     if options.repair {
         let report = repair::repair(&mut mesh)?;
@@ -213,15 +238,15 @@ fn close(raw: RawMesh, options: &LoadOptions) -> Result<(ClosedMesh, Vec<PrepWar
         warnings.push(PrepWarning::Ignored { what });
     }
     let defects = match ClosedMesh::try_from(mesh) {
-        Ok(mesh) => return Ok((mesh, warnings)),
+        Ok(mesh) => return Ok((mesh.with_origin(origin), warnings)),
         Err(defects) => defects,
     };
-    if let Some(mesh) = close_unwelded(raw.mesh) {
+    if let Some(mesh) = close_unwelded(raw.mesh, origin) {
         let what = "sheets touch where the file keeps vertices apart: its vertices were not merged";
         warnings.push(PrepWarning::Ignored {
             what: what.to_owned(),
         });
-        return Ok((mesh, warnings));
+        return Ok((mesh.with_origin(origin), warnings));
     }
     Err(MeshFault::NotClosed {
         hint: hint(&defects, options),
@@ -230,7 +255,10 @@ fn close(raw: RawMesh, options: &LoadOptions) -> Result<(ClosedMesh, Vec<PrepWar
 }
 
 /// The mesh with the vertices the file tells apart, if that is closed already.
-fn close_unwelded(mut mesh: TriangleMesh) -> Option<ClosedMesh> {
+fn close_unwelded(mut mesh: TriangleMesh, origin: DVec3) -> Option<ClosedMesh> {
+    for position in &mut mesh.positions {
+        *position -= origin;
+    }
     repair::turn_outward(&mut mesh);
     ClosedMesh::try_from(mesh).ok()
 }

@@ -25,7 +25,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 20] = [
+const FROM_CONFLICTS: [&str; 21] = [
     "model",
     "views",
     "method",
@@ -45,6 +45,7 @@ const FROM_CONFLICTS: [&str; 20] = [
     "no_normals",
     "close_holes",
     "repair",
+    "keep_cavities",
     "backend",
 ];
 
@@ -180,6 +181,9 @@ pub(crate) struct BuildArgs {
     /// Leave out the atlas's normals, which viewers that light the model themselves use
     #[arg(long)]
     pub(crate) no_normals: bool,
+    /// Keep parts that no eye outside can see: walls of cavities, and bodies within others
+    #[arg(long)]
+    pub(crate) keep_cavities: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// What draws the captured views

@@ -7,8 +7,7 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use silmap_exact::{AlignParams, Pose, angle_between, refine_pose};
-use silmap_geometry::mesh::Bounds;
-use silmap_geometry::{Camera, Mask};
+use silmap_geometry::{Camera, ClosedMesh, Mask};
 use silmap_preprocess::trace::trace_contours;
 
 use crate::args::AlignArgs;
@@ -55,7 +54,7 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     let outline = trace_contours(&mask);
     let model = load_model(&args.model, args.mending)?.mesh;
     let bounds = model.bounds();
-    let start = read_pose(&args.start, (mask.width(), mask.height()), bounds)?;
+    let start = read_pose(&args.start, (mask.width(), mask.height()), &model)?;
     let since = Instant::now();
     let params = AlignParams::default();
     let pose = Progress::new()
@@ -78,7 +77,7 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
         )
     };
     let result = AlignJson {
-        camera: CameraJson::new(&camera, camera.eye.distance(bounds.center)),
+        camera: CameraJson::new(&camera, camera.eye.distance(bounds.center), model.origin()),
         distance_px,
         rounds,
         turned_degrees: angle_between(&camera, &start).to_degrees(),
@@ -118,7 +117,7 @@ fn read_mask(path: &Path) -> anyhow::Result<Mask> {
     Ok(mask)
 }
 
-fn read_pose(path: &Path, size: (u32, u32), bounds: &Bounds) -> anyhow::Result<Camera> {
+fn read_pose(path: &Path, size: (u32, u32), model: &ClosedMesh) -> anyhow::Result<Camera> {
     let shown = || path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(shown)?;
     let Ok(file) = serde_json::from_str::<PoseFile>(&text) else {
@@ -128,8 +127,9 @@ fn read_pose(path: &Path, size: (u32, u32), bounds: &Bounds) -> anyhow::Result<C
         );
     };
     let (PoseFile::Whole { camera: pose } | PoseFile::Bare(pose)) = file;
-    let eye = DVec3::from(pose.eye);
-    let target = pose.target.map_or(bounds.center, DVec3::from);
+    let (bounds, origin) = (model.bounds(), model.origin());
+    let eye = DVec3::from(pose.eye) - origin;
+    let target = (pose.target).map_or(bounds.center, |target| DVec3::from(target) - origin);
     let up = pose.up.map(DVec3::from);
     let camera = match pose.fov_y_degrees {
         Some(degrees) => Camera::look_at(eye, target, up, degrees.to_radians(), size),

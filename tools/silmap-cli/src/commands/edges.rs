@@ -91,10 +91,15 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let saved = args.forest.as_deref().map(SavedForest::look).transpose()?;
     let model = load_model(&args.model, args.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
+    let origin = model.mesh.origin();
+    let start = match start {
+        Viewpoint::Eye(eye) => Viewpoint::Eye(eye - origin),
+        Viewpoint::Direction(_) => start,
+    };
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
     let is_seen = file.is_some() || outline_file.is_some();
     let drawing = match viewpoints.last() {
-        Some(last) if is_seen => Some(camera_of(last, center, radius)?),
+        Some(last) if is_seen => Some(camera_of(last, (center, radius), origin)?),
         _ => None,
     };
     let mesh = EdgeMesh::from(&model.mesh);
@@ -122,7 +127,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         outline_seconds_median = Some(seconds);
         let points = |points: &Loop| points.iter().map(|p| p.to_array()).collect();
         let json = serde_json::to_vec(&OutlineJson {
-            camera: CameraJson::new(camera, camera.eye.distance(center)),
+            camera: CameraJson::new(camera, camera.eye.distance(center), origin),
             loops: loops.iter().map(points).collect(),
             seconds,
         })?;
@@ -143,7 +148,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
             .then(|| edges.iter().map(|e| [e.from, e.to]).collect()),
         vertices: args.list.then(|| {
             let positions = &model.mesh.mesh().positions;
-            positions.iter().map(|p| p.to_array()).collect()
+            positions.iter().map(|&p| (p + origin).to_array()).collect()
         }),
         outline_seconds_median,
     };
@@ -276,14 +281,18 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
 }
 
 /// The camera of a drawing: the model's bounding sphere fits. Parallel projection is drawn from very far away.
-fn camera_of(viewpoint: &Viewpoint, center: DVec3, radius: f64) -> anyhow::Result<Camera> {
+fn camera_of(
+    viewpoint: &Viewpoint,
+    (center, radius): (DVec3, f64),
+    origin: DVec3,
+) -> anyhow::Result<Camera> {
     let eye = match *viewpoint {
         Viewpoint::Eye(eye) => eye,
         Viewpoint::Direction(towards) => {
             center + towards.normalize_or_zero() * (radius * PARALLEL_DISTANCE_REL)
         }
     };
-    let DVec3 { x, y, z } = eye;
+    let DVec3 { x, y, z } = eye + origin;
     Camera::fit_sphere(eye, center, radius, None, (DRAWING_PX, DRAWING_PX))
         .with_context(|| format!("--eye {x},{y},{z}"))
 }

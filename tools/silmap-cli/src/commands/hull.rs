@@ -8,12 +8,13 @@ use std::time::Instant;
 use anyhow::Context;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
-use silmap_geometry::{Appearance, Bvh, ColourImage, TriangleMesh};
+use silmap_geometry::{Appearance, Bvh, ColourImage, TriangleMesh, without_hidden_parts};
+use silmap_preprocess::PrepWarning;
 use silmap_preprocess::hull::{self, HullLevel, HullParams, ProgressiveHull, VerifyParams};
 use silmap_preprocess::mesh_io;
 
 use crate::args::HullArgs;
-use crate::files::load_model;
+use crate::files::{encode_mesh, load_model};
 use crate::output::{self, OutputFile};
 use crate::pictures::encode_png;
 use crate::progress::Progress;
@@ -50,6 +51,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let progress = Progress::new();
     let Given {
         model,
+        origin,
         sequence,
         faces,
         since,
@@ -58,7 +60,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         .watch(|monitor| sequence.tightened_level(faces, args.tighten.into(), monitor))
         .with_context(named)?;
     // What is verified is what is written.
-    let hull = as_written(&level, &model, &args.out);
+    let hull = as_written(&level, (&model, origin), &args.out);
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
         let (enclosed, enclosing) = if level.is_inner {
@@ -68,7 +70,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         };
         hull::verify(enclosed, enclosing, &VerifyParams::default())
     });
-    file.write(&mesh_io::encode(&args.out, &hull)?)?;
+    file.write(&encode_mesh(&args.out, &hull, origin)?)?;
     if let Some(file) = sequence_file {
         file.write(&sequence.to_bytes())?;
     }
@@ -97,6 +99,8 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
 /// What the hull is taken out of.
 struct Given {
     model: TriangleMesh,
+    /// Where the origin of its coordinates lies in the file's.
+    origin: DVec3,
     sequence: ProgressiveHull,
     /// Faces of the level to take.
     faces: usize,
@@ -124,19 +128,28 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
         let least = sequence.faces_within(params.volume_ratio, params.max_distance);
         return Ok(Given {
             model,
+            origin: sequence.origin(),
             sequence,
             faces: least.max(params.target_faces as usize),
             since,
         });
     }
-    let model = load_model(&args.model, args.mending)?;
+    let mut model = load_model(&args.model, args.mending)?;
+    if !args.keep_cavities
+        && let Some((seen, hidden)) = without_hidden_parts(&model.mesh)
+    {
+        let warning = PrepWarning::HiddenParts(hidden);
+        output::warn(&format!("{}: {warning}", args.model.display()));
+        model.mesh = seen;
+    }
     let params = params_from_args(args, model.mesh.bounds().radius);
     let since = Instant::now();
     let sequence = progress
         .watch(|monitor| hull::build(&model.mesh, &params, monitor))
         .with_context(named)?;
     Ok(Given {
-        model: model.mesh.mesh().clone(),
+        origin: model.mesh.origin(),
+        model: model.mesh.into_mesh(),
         sequence,
         faces: params.target_faces as usize,
         since,
@@ -169,18 +182,28 @@ fn strip_of(sequence: &ProgressiveHull, hull: &TriangleMesh) -> anyhow::Result<C
 
 /// The level as it is written, with the colours of the model's vertices where it has such: in single precision, as readers mostly
 /// take it in, unless the model is so far from the origin that too much would poke out, and the format holds more.
-fn as_written(level: &HullLevel, model: &TriangleMesh, path: &Path) -> TriangleMesh {
+fn as_written(
+    level: &HullLevel,
+    (model, origin): (&TriangleMesh, DVec3),
+    path: &Path,
+) -> TriangleMesh {
     let rounded = level.round();
     let most = VerifyParams::default().tolerance_rel * model.bounds().radius;
     let is_glb = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
-    let positions = if rounded.leak <= most || is_glb {
+    let mut positions: Vec<DVec3> = if rounded.leak <= most || is_glb {
         rounded.hull.positions.into_iter().map(double).collect()
     } else {
         level.mesh.positions.clone()
     };
+    if !is_glb && origin != DVec3::ZERO {
+        // As its reader finds them again.
+        positions
+            .iter_mut()
+            .for_each(|p| *p = (*p + origin) - origin);
+    }
     let mut appearance = Appearance::default();
     if !model.appearance.corner_colours.is_empty() {
         let bvh = Bvh::new(model);

@@ -13,7 +13,7 @@ use silmap_preprocess::evaluate::compare;
 use silmap_preprocess::mesh_io;
 
 use crate::args::SimplifyArgs;
-use crate::files::load_model;
+use crate::files::{encode_mesh, load_model};
 use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::progress::Progress;
@@ -56,6 +56,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         .iter()
         .map(|&eye| camera_at(eye, &model))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    let eyes: Vec<DVec3> = cameras.iter().map(|camera| camera.eye).collect();
     let params = SimplifyParams {
         target_faces: args.faces,
         band_rad: args.band.to_radians(),
@@ -82,7 +83,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         unguided_error: error(&plain)?,
         seconds,
     };
-    file.write(&mesh_io::encode(&args.out, &simple)?)?;
+    file.write(&encode_mesh(&args.out, &simple, model.origin())?)?;
     if args.output.json {
         return output::print_json(&result);
     }
@@ -120,8 +121,14 @@ fn read_eyes(path: &Path) -> anyhow::Result<Vec<DVec3>> {
 fn camera_at(eye: DVec3, model: &ClosedMesh) -> anyhow::Result<Camera> {
     let bounds = model.bounds();
     let size = (COMPARED_PX, COMPARED_PX);
-    Camera::fit_sphere(eye, bounds.center, bounds.radius, None, size)
-        .with_context(|| format!("viewpoint {},{},{}", eye.x, eye.y, eye.z))
+    Camera::fit_sphere(
+        eye - model.origin(),
+        bounds.center,
+        bounds.radius,
+        None,
+        size,
+    )
+    .with_context(|| format!("viewpoint {},{},{}", eye.x, eye.y, eye.z))
 }
 
 fn error_of(
