@@ -6,8 +6,8 @@ use glam::DVec3;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, ColourImage, CoverageRule, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{
-    Asset, BuildRecord, CapturedView, CoarseHull, EncodedImage, SilhouetteMap, TextureSet,
-    TextureView, ViewContour,
+    Asset, BuildRecord, CapturedView, CoarseHull, EncodedImage, Placement, SilhouetteMap,
+    TextureSet, TextureView, ViewContour,
 };
 use silmap_preprocess::capture::{self, CaptureParams};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
@@ -101,6 +101,7 @@ pub fn asset(gpu: &Gpu) -> Asset {
         map: map(&mesh, &bounds),
         hull,
         textures,
+        placement: Placement::default(),
     }
 }
 

@@ -7,7 +7,9 @@ use glam::{DVec2, DVec3};
 use silmap_geometry::polygon::{self, fill_even_odd, fill_non_zero};
 use silmap_geometry::{Bounds, Camera, ColourImage, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_map::{Asset, BuildRecord, CapturedView, CoarseHull, SilhouetteMap, TextureSet};
+use silmap_map::{
+    Asset, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet,
+};
 use silmap_preprocess::capture::gpu::GpuCapture;
 use silmap_preprocess::capture::{cpu, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
@@ -130,6 +132,7 @@ fn box_asset() -> Asset {
             volume_ratio: 1.0,
         },
         textures: TextureSet::default(),
+        placement: Placement::default(),
     }
 }
 

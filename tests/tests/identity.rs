@@ -10,8 +10,8 @@ use image::{ImageBuffer, ImageFormat, Rgb};
 use silmap_geometry::{Camera, CoverageRule};
 use silmap_map::asset::{self, DEPTH_STEPS_PER_RADIUS};
 use silmap_map::{
-    Asset, Atlas, BuildRecord, CapturedView, CoarseHull, EncodedImage, SilhouetteMap, TextureSet,
-    TextureView, ViewContour,
+    Asset, Atlas, BuildRecord, CapturedView, CoarseHull, EncodedImage, Placement, SilhouetteMap,
+    TextureSet, TextureView, ViewContour,
 };
 
 /// Vertices per contour in the size check: what the bunny has on average.
@@ -157,6 +157,7 @@ fn sample_asset() -> Asset {
                     .collect(),
             }),
         },
+        placement: Placement::at(DVec3::new(5e5, 5.4e6, 0.1)),
     }
 }
 

@@ -3,10 +3,14 @@
 
 use glam::{DMat3, DVec3};
 use silmap_geometry::polygon::fill_even_odd;
-use silmap_geometry::{Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
-use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour, outline};
-use silmap_preprocess::capture::{CaptureParams, capture, deep_contours, view_sphere};
+use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
+use silmap_map::{
+    Asset, CapturedView, Method, Placement, Scratch, SilhouetteMap, ViewContour, asset, outline,
+};
+use silmap_preprocess::capture::{Backend, CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
+use silmap_preprocess::mesh_io::{self, LoadOptions};
+use silmap_preprocess::pipeline::{self, BuildParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_preprocess::{Monitor, models};
@@ -217,4 +221,79 @@ fn outlines_are_mirrored_when_the_scene_is() {
         assert!(followed < RIM_SHARE, "{method:?}: {followed}");
         assert!(mixed_up > MIXED_UP_SHARE, "{method:?}: {mixed_up}");
     }
+}
+
+/// The asset of a knot at some place, through a file and back.
+fn asset_at(shift: DVec3) -> Asset {
+    // Multiples of 2⁻²⁰ are held far away as well as at the origin.
+    let grid = f64::from(1 << 20);
+    let mut mesh = models::trefoil_knot(FACES);
+    for p in &mut mesh.positions {
+        *p = (*p * 8.0 * grid).round() / grid + shift;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("knot.ply");
+    mesh_io::write(&path, &mesh).unwrap();
+    let loaded = mesh_io::load(&path, &LoadOptions::default()).unwrap();
+    assert!(loaded.mesh.origin().distance(shift) < loaded.mesh.bounds().radius);
+    let mut params = BuildParams {
+        views: VIEWS,
+        resolution_px: SIDE_PX,
+        ..BuildParams::default()
+    };
+    params.capture.backend = Backend::Cpu;
+    params.map.keep = VIEWS / 2;
+    params.hull.target_faces = 200;
+    params.textures.views = 2;
+    params.textures.size_px = 16;
+    let (asset, _) = pipeline::build(&loaded.mesh, "knot", &params, &Monitor::silent()).unwrap();
+    asset
+}
+
+#[test]
+fn far_from_the_origin_everything_is_as_at_the_origin() {
+    let shift = DVec3::new(5e5, 5.4e6, 200.0);
+    let (near, far) = (asset_at(DVec3::ZERO), asset_at(shift));
+    assert_eq!(near.placement, Placement::default());
+    assert_eq!(far.placement, Placement::at(shift));
+    // Ratio, outlines, pictures and all: nothing but the place differs, in memory and in the file.
+    let moved_back = Asset {
+        placement: Placement::default(),
+        ..far.clone()
+    };
+    assert_eq!(near, moved_back);
+    let chunk = |asset: &Asset| {
+        let file = asset::write(asset).unwrap();
+        let json = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+        let text = String::from_utf8(file[20..20 + json].to_vec()).unwrap();
+        (text, file[20 + json..].to_vec())
+    };
+    let ((near_text, near_data), (far_text, far_data)) = (chunk(&near), chunk(&far));
+    assert_eq!(near_data, far_data);
+    let translation = "\"translation\":[500000.0,5400000.0,200.0]";
+    assert!(far_text.contains(translation) && !near_text.contains("translation"));
+    assert_eq!(asset::read(&asset::write(&far).unwrap()).unwrap(), far);
+
+    // A place whose last digits are not the model's: the same but for rounding.
+    let odd = asset_at(DVec3::new(-432_109.876_543_21, 5e6 + 0.1, 1.0 / 3.0));
+    let (wanted, found) = (near.hull.volume_ratio, odd.hull.volume_ratio);
+    assert!((found / wanted - 1.0).abs() < 0.01, "{found} {wanted}");
+    let bounds = Bounds {
+        min: near.map.center - near.map.radius,
+        max: near.map.center + near.map.radius,
+        center: near.map.center,
+        radius: near.map.radius,
+    };
+    let eyes = view_sphere(&bounds, 2.5 * bounds.radius, 7, SIDE_PX).unwrap();
+    let drawn = |asset: &Asset, eyes: &[Camera]| outlines(&asset.map, eyes, Method::Tight);
+    let moved_eyes: Vec<Camera> = eyes
+        .iter()
+        .map(|c| c.moved(odd.map.center - near.map.center))
+        .collect();
+    let wanted = drawn(&near, &eyes);
+    let mut followed = drawn(&odd, &moved_eyes);
+    let share = share_different(&wanted, &followed);
+    assert!(share < RIM_SHARE, "{share}");
+    followed.rotate_left(1);
+    assert!(share_different(&wanted, &followed) > MIXED_UP_SHARE);
 }

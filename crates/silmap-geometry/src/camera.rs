@@ -211,6 +211,15 @@ impl Camera {
         })
     }
 
+    /// The same camera, moved.
+    #[must_use]
+    pub fn moved(&self, by: DVec3) -> Self {
+        Self {
+            eye: self.eye + by,
+            ..*self
+        }
+    }
+
     /// Image size in pixels, as floats.
     #[must_use]
     pub fn size(&self) -> DVec2 {

@@ -3,6 +3,8 @@
 //! [`ClosedMesh::try_from`] is the only way in, so that later stages need not check again. Several parts and cavities
 //! (parts that face inward, within others) are allowed. What it cannot know: whether the surface crosses itself.
 
+use glam::DVec3;
+
 use crate::defects::MeshDefects;
 use crate::mesh::{Bounds, TriangleMesh};
 
@@ -12,6 +14,7 @@ use crate::mesh::{Bounds, TriangleMesh};
 pub struct ClosedMesh {
     mesh: TriangleMesh,
     bounds: Bounds,
+    origin: DVec3,
 }
 
 impl ClosedMesh {
@@ -25,6 +28,33 @@ impl ClosedMesh {
     #[must_use]
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
+    }
+
+    /// Where the origin of the mesh's coordinates lies in those of its file: zero, but for models far from the file's origin.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The same mesh, whose coordinates are now said to be about that point of its file's.
+    #[must_use]
+    pub fn with_origin(self, origin: DVec3) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// The mesh at the same place of its file, in coordinates about another point of it. Nothing changes where that point is
+    /// its origin already.
+    #[must_use]
+    pub fn about(mut self, origin: DVec3) -> Self {
+        if origin != self.origin {
+            let shift = self.origin - origin;
+            for position in &mut self.mesh.positions {
+                *position += shift;
+            }
+            self.bounds = self.mesh.bounds();
+            self.origin = origin;
+        }
+        self
     }
 
     /// Gives the mesh back, to be changed and checked again.
@@ -53,14 +83,16 @@ impl TryFrom<TriangleMesh> for ClosedMesh {
         }
         mesh.drop_unused_vertices();
         let bounds = mesh.bounds();
-        Ok(Self { mesh, bounds })
+        Ok(Self {
+            mesh,
+            bounds,
+            origin: DVec3::ZERO,
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use crate::defects::Defect;
 

@@ -144,6 +144,35 @@ pub fn triangles_cross(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
             .any(|&[p, q]| segment_pierces_triangle(p, q, first))
 }
 
+/// Whether two triangles have no point in common, as far as this tells: never for triangles that meet, and nearly always for
+/// others, but for some in one plane.
+#[must_use]
+pub fn triangles_are_apart(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
+    let is_beside = |[a, b, c]: [DVec3; 3], other: [DVec3; 3]| {
+        let sides = other.map(|p| side_of_plane(a, b, c, p));
+        sides.iter().all(|&s| s > 0.0) || sides.iter().all(|&s| s < 0.0)
+    };
+    if is_beside(first, second) || is_beside(second, first) {
+        return true;
+    }
+    // Triangles meet where an edge of one meets the other.
+    let misses = |p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]| {
+        let ends = [p, q].map(|end| side_of_plane(a, b, c, end));
+        if ends[0] * ends[1] > 0.0 {
+            return true;
+        }
+        let turns = [
+            side_of_plane(p, q, a, b),
+            side_of_plane(p, q, b, c),
+            side_of_plane(p, q, c, a),
+        ];
+        turns.iter().any(|&s| s > 0.0) && turns.iter().any(|&s| s < 0.0)
+    };
+    let edges = |t: [DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    edges(first).iter().all(|&[p, q]| misses(p, q, second))
+        && edges(second).iter().all(|&[p, q]| misses(p, q, first))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -246,6 +275,15 @@ mod tests {
             let second = [point(9), point(12), point(15)];
             let crosses = triangles_cross(first, second);
             prop_assert_eq!(crosses, triangles_cross(second, first));
+            let apart = triangles_are_apart(first, second);
+            prop_assert!(!(crosses && apart));
+            prop_assert_eq!(apart, triangles_are_apart(second, first));
+            let shares_a_corner = first.iter().any(|p| second.contains(p));
+            prop_assert!(!(shares_a_corner && apart));
+            // Lifted out of each other's reach.
+            let lifted = second.map(|p| p + DVec3::Z * 10.0);
+            let is_flat = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).z == 0.0;
+            prop_assert!(is_flat(first) || triangles_are_apart(first, lifted));
             prop_assert_eq!(crosses, triangles_cross([first[1], first[0], first[2]], second));
             prop_assert_eq!(crosses, triangles_cross(first, [second[2], second[0], second[1]]));
         }

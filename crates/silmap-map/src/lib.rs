@@ -33,7 +33,7 @@ mod within;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
-    EncodedImage, TextureSet, TextureView,
+    EncodedImage, Placement, TextureSet, TextureView,
 };
 pub use interpolate::TriangleInterpolator;
 pub use loops::{FlatLoops, Loops};

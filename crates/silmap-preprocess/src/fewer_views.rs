@@ -98,6 +98,7 @@ pub fn keep_fewer_views(asset: &Asset, goal: ViewGoal) -> Result<Asset, FewerVie
         map,
         hull: asset.hull.clone(),
         textures: asset.textures.clone(),
+        placement: asset.placement,
     })
 }
 

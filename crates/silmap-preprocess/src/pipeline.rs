@@ -9,9 +9,11 @@ use std::time::Instant;
 use glam::Vec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
-use silmap_geometry::{Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh};
+use silmap_geometry::{
+    Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh, without_hidden_parts,
+};
 use silmap_map::{
-    Asset, AssetError, BuildRecord, CapturedView, CoarseHull, SilhouetteMap, TextureSet,
+    Asset, AssetError, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet,
     ViewContour, asset,
 };
 use thiserror::Error;
@@ -41,6 +43,8 @@ pub struct BuildParams {
     pub tolerance_px: f64,
     /// Which views are kept.
     pub map: SimplifyMapParams,
+    /// Whether parts that no eye outside can see are captured and enclosed like the others, rather than left out.
+    pub keep_cavities: bool,
     /// The coarse hull.
     pub hull: HullParams,
     /// How much work goes into making it tighter than its collapses leave it.
@@ -58,6 +62,7 @@ impl Default for BuildParams {
             capture: CaptureParams::default(),
             tolerance_px: SimplifyContourParams::default().tolerance_px,
             map: SimplifyMapParams::default(),
+            keep_cavities: false,
             hull: HullParams::default(),
             tightening: Tightening::Fast,
             textures: TextureParams::default(),
@@ -144,6 +149,12 @@ pub fn build(
     monitor: &Monitor<'_>,
 ) -> Result<(Asset, BuildReport), BuildError> {
     let mut seconds = StageSeconds::default();
+    // What no eye can see costs nothing; the record is of the whole.
+    let whole = model;
+    let seen = (!params.keep_cavities)
+        .then(|| without_hidden_parts(whole))
+        .flatten();
+    let model = seen.as_ref().map_or(whole, |(seen, _)| seen);
     let bounds = model.bounds();
     let tree = Bvh::new(model.mesh());
 
@@ -186,7 +197,11 @@ pub fn build(
 
     let hull_check = timed(&mut seconds.hull, || check_hull(model, &hull, params));
 
-    let mut warnings = stall_warnings(params, &map_report, &hull);
+    let hidden = seen
+        .as_ref()
+        .map(|&(_, hidden)| PrepWarning::HiddenParts(hidden));
+    let mut warnings: Vec<PrepWarning> = hidden.into_iter().collect();
+    warnings.extend(stall_warnings(params, &map_report, &hull));
     if !hull_check.encloses {
         let escaped_rel = hull_check.escaped_rel;
         warnings.push(PrepWarning::HullLeaks { escaped_rel });
@@ -194,9 +209,15 @@ pub fn build(
     warnings.extend(over_budget(&params.textures, &textures));
     let record = BuildRecord {
         uniform_curve,
-        ..record(model.mesh(), name, params, &map_report)
+        ..record(whole.mesh(), name, params, &map_report)
     };
-    let asset = assemble(record, map, hull, textures)?;
+    let asset = asset::quantise(&Asset {
+        record,
+        map,
+        hull,
+        textures,
+        placement: Placement::at(model.origin()),
+    })?;
     let report = BuildReport {
         views: params.views,
         map: map_report,
@@ -360,20 +381,6 @@ fn over_budget(params: &TextureParams, textures: &TextureSet) -> Option<PrepWarn
     (reached > wanted).then_some(PrepWarning::TexturesOverBudget { wanted, reached })
 }
 
-fn assemble(
-    record: BuildRecord,
-    map: SilhouetteMap,
-    hull: CoarseHull,
-    textures: TextureSet,
-) -> Result<Asset, AssetError> {
-    asset::quantise(&Asset {
-        record,
-        map,
-        hull,
-        textures,
-    })
-}
-
 fn record(
     model: &TriangleMesh,
     name: &str,
@@ -404,9 +411,13 @@ fn options_text(params: &BuildParams) -> String {
         CoverageRule::Center => "center",
         CoverageRule::Any => "any",
     };
+    let cavities = match params.keep_cavities {
+        true => " --keep-cavities",
+        false => "",
+    };
     format!(
         "--views {} {goal} --method {} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
-         --texture-views {} --texture-size {} {}",
+         --texture-views {} --texture-size {} {}{cavities}",
         params.views,
         params.map.method.name(),
         params.resolution_px,

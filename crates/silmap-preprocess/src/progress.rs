@@ -2,6 +2,9 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use silmap_geometry::HiddenParts;
+use silmap_geometry::camera::in_short;
+use silmap_geometry::defects::counted;
 use thiserror::Error;
 
 /// The stages of a build, in order.
@@ -74,11 +77,20 @@ pub enum PrepWarning {
         /// One sentence on what was done.
         what: String,
     },
+    /// The file's numbers are coarse for the model, as far from the origin as it is.
+    CoarseCoordinates {
+        /// How far they lie apart, model units.
+        step: f64,
+        /// The same over the radius of its bounding sphere.
+        step_rel: f64,
+    },
     /// Part of the file was not understood and left out.
     Ignored {
         /// One sentence on what was left out.
         what: String,
     },
+    /// Parts of the model that no eye outside can see were left out.
+    HiddenParts(HiddenParts),
     /// The pictures have more bytes than asked for, as small as they can be.
     TexturesOverBudget {
         /// Bytes asked for.
@@ -108,6 +120,27 @@ impl std::fmt::Display for PrepWarning {
                 write!(
                     f,
                     "the model pokes out of the hull by {escaped_rel:.1e} of its radius: single precision is too coarse so far from the origin"
+                )
+            }
+            Self::CoarseCoordinates { step, step_rel } => {
+                write!(
+                    f,
+                    "its coordinates lie in steps of {}, {step_rel:.1e} of its radius: it is far from the origin for its size",
+                    in_short(*step)
+                )
+            }
+            Self::HiddenParts(hidden) => {
+                let named = [
+                    (hidden.cavities, "cavity wall"),
+                    (hidden.bodies, "enclosed part"),
+                ];
+                let named = named.into_iter().filter(|&(count, _)| count > 0);
+                let named: Vec<String> = named.map(|(count, noun)| counted(count, noun)).collect();
+                write!(
+                    f,
+                    "{} ({}) cannot be seen from outside: left out (--keep-cavities keeps them)",
+                    named.join(" and "),
+                    counted(hidden.faces, "face")
                 )
             }
             Self::Repaired { what } | Self::Ignored { what } => f.write_str(what),

@@ -20,8 +20,10 @@ pub(crate) struct CameraJson {
 }
 
 impl CameraJson {
-    /// The camera as eye, a point in the middle of its view, and its own up vector.
-    pub(crate) fn new(camera: &Camera, distance: f64) -> Self {
+    /// The camera as eye, a point in the middle of its view, and its own up vector, for people: its coordinates are about
+    /// `origin`.
+    pub(crate) fn new(camera: &Camera, distance: f64, origin: DVec3) -> Self {
+        let camera = camera.moved(origin);
         Self {
             eye: camera.eye.to_array(),
             target: (camera.eye + camera.forward * distance).to_array(),
@@ -33,7 +35,7 @@ impl CameraJson {
     }
 }
 
-/// The camera for a model with this bounding sphere.
+/// The camera for a model with this bounding sphere, in coordinates about `origin`; what was typed is about zero.
 ///
 /// Without a field of view the sphere just fits, as in capture; without a target the eye looks at the center.
 ///
@@ -41,10 +43,16 @@ impl CameraJson {
 /// One sentence about the eye when it lies in the sphere or another value makes no camera.
 pub(crate) fn camera_from_args(
     args: &CameraArgs,
+    origin: DVec3,
     center: DVec3,
     radius: f64,
 ) -> anyhow::Result<Camera> {
-    make(args, center, radius).with_context(|| format!("--eye {}", point_text(args.eye)))
+    let local = CameraArgs {
+        eye: args.eye - origin,
+        target: args.target.map(|target| target - origin),
+        ..*args
+    };
+    make(&local, center, radius).with_context(|| format!("--eye {}", point_text(args.eye)))
 }
 
 fn make(args: &CameraArgs, center: DVec3, radius: f64) -> Result<Camera, CameraError> {
@@ -80,7 +88,7 @@ mod tests {
     #[test]
     fn without_options_it_is_the_fitted_camera() {
         let eye = DVec3::new(1.0, 2.0, 3.0);
-        let made = camera_from_args(&args(eye), DVec3::ZERO, 1.0).unwrap();
+        let made = camera_from_args(&args(eye), DVec3::ZERO, DVec3::ZERO, 1.0).unwrap();
         let fitted = Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (64, 48)).unwrap();
         assert_eq!(made, fitted);
     }
@@ -91,11 +99,27 @@ mod tests {
         given.fov = Some(40.0);
         given.target = Some(DVec3::X);
         given.up = Some(DVec3::X + DVec3::Y);
-        let made = camera_from_args(&given, DVec3::ZERO, 1.0).unwrap();
+        let made = camera_from_args(&given, DVec3::ZERO, DVec3::ZERO, 1.0).unwrap();
         assert!((made.fov_y_rad().to_degrees() - 40.0).abs() < 1e-9);
         let target = made.image_from_object(DVec3::X);
         assert!((target - glam::DVec2::new(32.0, 24.0)).length() < 1e-9);
         assert!(made.up.x > 0.5);
+    }
+
+    #[test]
+    fn far_away_it_is_the_same_camera() {
+        let origin = DVec3::new(5e5, 5.4e6, 200.0);
+        let mut given = args(DVec3::new(1.0, 2.0, 3.0));
+        given.target = Some(DVec3::new(0.25, 0.0, 0.0));
+        let made = camera_from_args(&given, DVec3::ZERO, DVec3::ZERO, 1.0).unwrap();
+        given.eye += origin;
+        given.target = given.target.map(|target| target + origin);
+        let far = camera_from_args(&given, origin, DVec3::ZERO, 1.0).unwrap();
+        assert_eq!(made, far);
+        assert_eq!(
+            DVec3::from(CameraJson::new(&far, 1.0, origin).eye),
+            given.eye
+        );
     }
 
     #[test]
@@ -104,7 +128,7 @@ mod tests {
             for fov in [None, Some(40.0)] {
                 let mut given = args(eye);
                 given.fov = fov;
-                let error = camera_from_args(&given, DVec3::ZERO, 1.0).unwrap_err();
+                let error = camera_from_args(&given, DVec3::ZERO, DVec3::ZERO, 1.0).unwrap_err();
                 assert!(format!("{error:#}").starts_with("--eye "), "{error:#}");
             }
         }

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use glam::DVec3;
+use silmap_geometry::TriangleMesh;
 use silmap_map::Asset;
 use silmap_preprocess::input;
 use silmap_preprocess::mesh_io::{self, LoadOptions, Loaded};
@@ -82,7 +84,24 @@ pub(crate) fn load_model_bytes(
     Ok(loaded)
 }
 
-/// Reads the model that an asset was made from, with a warning when it seems to be another one.
+/// The bytes of a mesh in coordinates about `origin`, in the format that the file's name says; prints a warning when that cannot
+/// hold it.
+///
+/// # Errors
+/// One sentence with the file's name.
+pub(crate) fn encode_mesh(
+    path: &Path,
+    mesh: &TriangleMesh,
+    origin: DVec3,
+) -> anyhow::Result<Vec<u8>> {
+    let (bytes, warning) = mesh_io::encode_about(path, mesh, origin)?;
+    if let Some(warning) = warning {
+        output::warn(&format!("{}: {warning}", path.display()));
+    }
+    Ok(bytes)
+}
+
+/// Reads the model that an asset was made from, in the asset's coordinates, with a warning when it seems to be another one.
 ///
 /// # Errors
 /// As [`load_model`].
@@ -91,7 +110,9 @@ pub(crate) fn load_model_of(
     path: &Path,
     mending: MendingArgs,
 ) -> anyhow::Result<Loaded> {
-    let loaded = load_model(path, mending)?;
+    let mut loaded = load_model(path, mending)?;
+    // Into the asset's coordinates.
+    loaded.mesh = loaded.mesh.about(asset.placement.in_model);
     if model_crc32(loaded.mesh.mesh()) != asset.record.model_crc32 {
         output::warn(&format!(
             "{}: this is not the mesh that the asset was made from ({})",

@@ -21,14 +21,16 @@ struct PoseJson {
     fov_y_degrees: Option<f64>,
 }
 
-/// The camera that `text` describes, for an image of `size` pixels. The model's bounding sphere, center and radius, is looked at where
-/// there is no target, and fits where there is no field of view.
+/// The camera that `text` describes, for an image of `size` pixels, in coordinates about `origin`; those of the text are about zero. The
+/// model's bounding sphere, center and radius about `origin`, is looked at where there is no target, and fits where there is no
+/// field of view.
 ///
 /// # Errors
 /// One sentence when it is no camera, or one that cannot be.
 pub(crate) fn parse(
     text: &str,
     size: (u32, u32),
+    origin: DVec3,
     (center, radius): (DVec3, f64),
 ) -> anyhow::Result<Camera> {
     let file: PoseFile = match serde_json::from_str(text) {
@@ -40,8 +42,8 @@ pub(crate) fn parse(
         ),
     };
     let (PoseFile::Whole { camera: pose } | PoseFile::Bare(pose)) = file;
-    let eye = DVec3::from(pose.eye);
-    let target = pose.target.map_or(center, DVec3::from);
+    let eye = DVec3::from(pose.eye) - origin;
+    let target = (pose.target).map_or(center, |target| DVec3::from(target) - origin);
     let up = pose.up.map(DVec3::from);
     let camera = match pose.fov_y_degrees {
         Some(degrees) => Camera::look_at(eye, target, up, degrees.to_radians(), size),

@@ -102,7 +102,7 @@ pub struct MethodErrors {
 pub struct ErrorSample {
     /// The method, as in [`MethodErrors`].
     pub method: String,
-    /// The viewpoint, object space.
+    /// The viewpoint, in the asset's coordinates.
     pub eye: DVec3,
     /// Share of wrong pixels.
     pub misclassified: f64,

@@ -1,5 +1,6 @@
 //! All numbers of the page as JSON: `report.json`.
 
+use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 use crate::{ErrorSample, MethodErrors, PlaceErrors, Report, TextureFigures};
@@ -8,6 +9,7 @@ use crate::{ErrorSample, MethodErrors, PlaceErrors, Report, TextureFigures};
 pub(crate) fn numbers(report: &Report<'_>) -> Value {
     let asset = report.asset;
     let (record, map) = (&asset.record, &asset.map);
+    let origin = asset.placement.in_scene;
     let counts = contour_counts(report);
     json!({
         "title": report.title,
@@ -15,7 +17,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             "name": record.name,
             "faces": record.model_faces,
             "vertices": record.model_vertices,
-            "center": map.center.to_array(),
+            "center": (map.center + origin).to_array(),
             "radius": map.radius,
         },
         "made_by": record.generator,
@@ -36,7 +38,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             "vertices_total": counts.total,
         },
         "views": map.views.iter().zip(map.contour_vertex_counts()).map(|(view, vertices)| json!({
-            "eye": view.camera.eye.to_array(),
+            "eye": (view.camera.eye + origin).to_array(),
             "contours": view.contours.len(),
             "contour_vertices": vertices,
         })).collect::<Vec<_>>(),
@@ -51,7 +53,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             "triangles": level.triangles.len(),
         })).collect::<Vec<_>>(),
         "places": report.places.iter()
-            .map(|p| (p.place.clone(), place(p)))
+            .map(|p| (p.place.clone(), place(p, origin)))
             .collect::<Map<_, _>>(),
         "directions": report.directions.iter().map(|d| json!({
             "method": d.method,
@@ -60,7 +62,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
                 "misclassified": share,
             })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
-        "worst": report.worst.iter().map(|w| sample(&w.sample)).collect::<Vec<_>>(),
+        "worst": report.worst.iter().map(|w| sample(&w.sample, origin)).collect::<Vec<_>>(),
         "textures": report.textures.as_ref().map(textures),
         "seconds": {
             "build": by_name(&report.seconds),
@@ -111,13 +113,13 @@ fn by_name<T: Copy + Into<Value>>(pairs: &[(String, T)]) -> Map<String, Value> {
         .collect()
 }
 
-fn place(errors: &PlaceErrors) -> Value {
+fn place(errors: &PlaceErrors, origin: DVec3) -> Value {
     json!({
         "viewpoints": errors.viewpoints,
         "methods": errors.methods.iter()
             .map(|m| (m.method.clone(), summary(m)))
             .collect::<Map<_, _>>(),
-        "per_viewpoint": errors.samples.iter().map(sample).collect::<Vec<_>>(),
+        "per_viewpoint": errors.samples.iter().map(|s| sample(s, origin)).collect::<Vec<_>>(),
     })
 }
 
@@ -133,9 +135,9 @@ fn summary(errors: &MethodErrors) -> Value {
     })
 }
 
-fn sample(s: &ErrorSample) -> Value {
+fn sample(s: &ErrorSample, origin: DVec3) -> Value {
     json!({
-        "eye": s.eye.to_array(),
+        "eye": (s.eye + origin).to_array(),
         "method": s.method,
         "misclassified": s.misclassified,
         "escaped": s.escaped,

@@ -249,7 +249,9 @@ fn worst_row(report: &Report<'_>, view: &WorstView) -> Markup {
         image,
     };
     let grey = palette::RIGHT;
-    let [x, y, z] = view.sample.eye.to_array().map(significant);
+    let [x, y, z] = (view.sample.eye + report.asset.placement.in_scene)
+        .to_array()
+        .map(significant);
     picture_row(&PictureRow {
         caption: format!(
             "Method {}: {} % misclassified, {} % escaped; eye {x},{y},{z}",

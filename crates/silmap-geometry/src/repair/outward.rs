@@ -1,19 +1,13 @@
 //! Turning closed parts outward.
-//!
-//! Source (winding number as a sum of solid angles): A. van Oosterom, J. Strackee. The Solid Angle of a Plane Triangle.
-//! IEEE Transactions on Biomedical Engineering 30, 1983.
 
-use glam::DVec3;
-
+use crate::bvh::Bvh;
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::topology::Topology;
 
-/// A point counts as inside when surfaces wind around it more than this; the exact values are whole numbers.
-const INSIDE_WINDING: f64 = 0.5;
-
 struct Part {
+    /// Its number among all parts, the open ones included.
+    number: u32,
     faces: Vec<u32>,
-    bounds: Bounds,
     volume: f64,
 }
 
@@ -22,16 +16,25 @@ struct Part {
 /// faces turned.
 pub fn turn_outward(mesh: &mut TriangleMesh) -> usize {
     let topology = Topology::new(&mesh.faces, mesh.positions.len());
-    let mut parts = closed_parts(mesh, &topology);
+    let (part_of_face, count) = topology.parts();
+    let mut parts = closed_parts(mesh, &topology, (&part_of_face, count));
     let mut is_flipped = vec![false; mesh.faces.len()];
     if parts.iter().map(|p| p.volume).sum::<f64>() < 0.0 {
         for part in &mut parts {
             flip_part(mesh, part, &mut is_flipped);
         }
     }
-    for i in 0..parts.len() {
-        if parts[i].volume < 0.0 && !lies_inside_others(mesh, &parts, i) {
-            flip_part(mesh, &mut parts[i], &mut is_flipped);
+    if parts.iter().any(|part| part.volume < 0.0) {
+        let tree = Bvh::new(mesh);
+        // How the surface of each part counts: 0 when it is open, −1 when it was turned since the tree was made.
+        let mut signs = vec![0; count];
+        parts.iter().for_each(|p| signs[p.number as usize] = 1);
+        for part in &mut parts {
+            if part.volume < 0.0 && !lies_inside_others(mesh, &tree, (&part_of_face, &signs), part)
+            {
+                flip_part(mesh, part, &mut is_flipped);
+                signs[part.number as usize] = -1;
+            }
         }
     }
     is_flipped.iter().filter(|&&flipped| flipped).count()
@@ -45,8 +48,11 @@ fn flip_part(mesh: &mut TriangleMesh, part: &mut Part, is_flipped: &mut [bool]) 
     }
 }
 
-fn closed_parts(mesh: &TriangleMesh, topology: &Topology) -> Vec<Part> {
-    let (part_of_face, count) = topology.parts();
+fn closed_parts(
+    mesh: &TriangleMesh,
+    topology: &Topology,
+    (part_of_face, count): (&[u32], usize),
+) -> Vec<Part> {
     let mut is_closed = vec![true; count];
     let mut faces = vec![Vec::new(); count];
     for (face, &part) in part_of_face.iter().enumerate() {
@@ -58,8 +64,9 @@ fn closed_parts(mesh: &TriangleMesh, topology: &Topology) -> Vec<Part> {
     faces
         .into_iter()
         .zip(is_closed)
-        .filter(|(_, is_closed)| *is_closed)
-        .map(|(faces, _)| {
+        .enumerate()
+        .filter(|(_, (_, is_closed))| *is_closed)
+        .map(|(number, (faces, _))| {
             let corners = || faces.iter().flat_map(|&f| mesh.corners(f as usize));
             let bounds = Bounds::of_points(corners().collect::<Vec<_>>().into_iter());
             let six: f64 = faces
@@ -70,30 +77,29 @@ fn closed_parts(mesh: &TriangleMesh, topology: &Topology) -> Vec<Part> {
                 })
                 .sum();
             Part {
+                number: number as u32,
                 volume: six / 6.0,
                 faces,
-                bounds,
             }
         })
         .collect()
 }
 
 /// Whether the other parts wind around a point of this one.
-fn lies_inside_others(mesh: &TriangleMesh, parts: &[Part], this: usize) -> bool {
-    let [a, b, c] = mesh.corners(parts[this].faces[0] as usize);
+fn lies_inside_others(
+    mesh: &TriangleMesh,
+    tree: &Bvh,
+    (part_of_face, signs): (&[u32], &[i32]),
+    this: &Part,
+) -> bool {
+    let [a, b, c] = mesh.corners(this.faces[0] as usize);
     let point = (a + b + c) / 3.0;
-    let winding: f64 = parts
-        .iter()
-        .enumerate()
-        .filter(|(other, part)| {
-            *other != this
-                && point.cmpge(part.bounds.min).all()
-                && point.cmple(part.bounds.max).all()
-        })
-        .flat_map(|(_, part)| &part.faces)
-        .map(|&face| winding_of(mesh.corners(face as usize).map(|p| p - point)))
-        .sum();
-    winding > INSIDE_WINDING
+    let windings = tree.windings_by_group(point, part_of_face);
+    let others = windings.iter().filter(|(part, _)| *part != this.number);
+    others
+        .map(|&(part, n)| signs[part as usize] * n)
+        .sum::<i32>()
+        > 0
 }
 
 /// Whether some faces wind around a point, as an outward surface does around its inside.
@@ -102,7 +108,7 @@ pub(super) fn is_wound_around(mesh: &TriangleMesh, faces: &[u32], point: DVec3) 
         .iter()
         .map(|&face| winding_of(mesh.corners(face as usize).map(|p| p - point)))
         .sum();
-    winding.abs() > INSIDE_WINDING
+    winding.abs() > 0.5
 }
 
 /// How much of a full turn a triangle winds around the origin.

@@ -6,6 +6,7 @@ use silmap_geometry::CoverageRule;
 
 use super::EncodedImage;
 use super::hull_mesh::HullArrays;
+use super::placement::PlainNode;
 
 /// Name of the optional glTF extension that holds all but the plain model.
 pub const EXTENSION_NAME: &str = "SILMAP_silhouette_map";
@@ -63,6 +64,9 @@ pub(super) struct ModelPart {
     pub(super) faces: u64,
     pub(super) vertices: u64,
     pub(super) crc32: u32,
+    /// Where the asset's origin lies in the model's coordinates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) origin: Option<[f64; 3]>,
 }
 
 /// How the asset was made.
@@ -197,6 +201,8 @@ pub(super) struct Document {
     atlas_image: Option<usize>,
     normal_image: Option<usize>,
     has_webp: bool,
+    /// Where the node puts the mesh; without it the node says nothing.
+    pub(super) translation: Option<[f64; 3]>,
 }
 
 impl Document {
@@ -306,6 +312,9 @@ impl Document {
             "buffers": [{ "byteLength": buffer_bytes }],
             "extensions": { EXTENSION_NAME: extension },
         });
+        if let Some(translation) = self.translation {
+            root["nodes"][0]["translation"] = json!(translation);
+        }
         let mut extensions = vec![EXTENSION_NAME];
         if self.has_webp {
             extensions.push(WEBP_EXTENSION);
@@ -347,6 +356,8 @@ pub(super) struct PlainDocument {
     pub(super) extensions: serde_json::Map<String, Value>,
     #[serde(default)]
     pub(super) asset: PlainAsset,
+    #[serde(default)]
+    pub(super) nodes: Vec<PlainNode>,
     #[serde(default)]
     pub(super) meshes: Vec<PlainMesh>,
     #[serde(default)]

@@ -3,8 +3,8 @@
 //! On disk it is a standard binary glTF 2.0 file: the coarse hull, unwelded at the atlas's seams, with the atlas as base
 //! colour and, where they were baked, its normals. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
-//! model. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
-//! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), and [`write`](mod@write) and [`read`](mod@read), which put them together.
+//! model, at the model's place. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
+//! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
@@ -18,6 +18,7 @@ mod levels;
 mod order;
 mod packing;
 mod paint;
+mod placement;
 mod read;
 mod references;
 mod same_hull;
@@ -37,6 +38,7 @@ pub use container::{HEADER_BYTES, json_length};
 pub use contents::Beside;
 pub use document::{EXTENSION_NAME, FORMAT_VERSION};
 pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
+pub use placement::Placement;
 pub use read::{model_name, read, read_with, sizes, sizes_with};
 pub use same_hull::{HullDifference, SAME_HULL_SHARE, Triangles};
 pub use silhouettes::{DEPTH_STEPS_PER_RADIUS, POINT_STEPS_PER_PX, quantise};
@@ -139,6 +141,8 @@ pub struct Asset {
     pub hull: CoarseHull,
     /// Its paint.
     pub textures: TextureSet,
+    /// Where it stands.
+    pub placement: Placement,
 }
 
 /// Bytes of a `.glb` by what they hold.

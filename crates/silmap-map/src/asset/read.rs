@@ -3,6 +3,7 @@
 //! Nothing is believed: the checksum is compared first, then every count against the bytes that are there and every index
 //! against what it points into.
 
+use glam::DVec3;
 use serde_json::{Map, Value};
 
 use super::contents::{Beside, Buffers, Data};
@@ -14,9 +15,10 @@ use super::references;
 use super::silhouettes::MapHeader;
 use super::write::{check_atlas_picture, check_picture};
 use super::{
-    Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, TextureSet, TextureView,
+    Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
+    TextureView,
 };
-use super::{container, levels, order, paint, silhouettes};
+use super::{container, levels, order, paint, placement, silhouettes};
 
 /// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
 ///
@@ -297,6 +299,7 @@ impl<'a> Contents<'a> {
             Some(bytes) => Some(order::decode(bytes, map.views.len())?),
             None => None,
         };
+        let in_model = model.origin.map_or(DVec3::ZERO, DVec3::from);
         Ok(Asset {
             record: BuildRecord {
                 name: model.name.clone(),
@@ -316,6 +319,11 @@ impl<'a> Contents<'a> {
                 views,
                 visible_views,
                 atlas,
+            },
+            placement: Placement {
+                in_model,
+                // Where nodes turn the asset or scale it, it is taken as it was made.
+                in_scene: placement::in_scene(&self.document).unwrap_or(in_model),
             },
         })
     }

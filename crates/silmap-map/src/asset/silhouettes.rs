@@ -135,6 +135,7 @@ pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
         record: asset.record.clone(),
         hull: asset.hull.clone(),
         textures: asset.textures.clone(),
+        placement: asset.placement,
     };
     let record = &mut rounded.record;
     for (_, share) in record

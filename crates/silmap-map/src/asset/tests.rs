@@ -220,6 +220,10 @@ prop_compose! {
                 }),
             },
             hull,
+            placement: Placement {
+                in_model: DVec3::splat(f64::from(numbers.3 % 3) * 1e6),
+                in_scene: DVec3::new(f64::from(numbers.2 % 5) - 2.0, 0.1, 0.0),
+            },
         }
     }
 }
@@ -371,6 +375,7 @@ fn small_asset() -> Asset {
             visible_views: vec![1],
             atlas: None,
         },
+        placement: Placement::default(),
     }
 }
 

@@ -1,5 +1,7 @@
 //! From an asset to the bytes of a `.glb`.
 
+use glam::DVec3;
+
 use super::container::{self, CHECKSUM_BLANK};
 use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
@@ -18,8 +20,10 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         map,
         hull,
         textures,
+        placement,
     } = asset;
     let mut document = Document::default();
+    document.translation = unless_zero(placement.in_scene)?;
 
     let arrays = hull_mesh::unweld(hull, textures.atlas.as_ref())?;
     let atlas = match &textures.atlas {
@@ -65,6 +69,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             faces: record.model_faces,
             vertices: record.model_vertices,
             crc32: record.model_crc32,
+            origin: unless_zero(placement.in_model)?,
         },
         build: BuildPart {
             generator: record.generator.clone(),
@@ -112,6 +117,19 @@ pub(super) fn seal(file: &mut [u8]) -> Result<(), AssetError> {
     let (sum, _) = read::checksum_of(file)?;
     container::seal(file, &sum);
     Ok(())
+}
+
+/// A place for the document, where there is something to say.
+fn unless_zero(place: DVec3) -> Result<Option<[f64; 3]>, AssetError> {
+    if let Some(&value) = place.to_array().iter().find(|x| !x.is_finite()) {
+        return Err(AssetError::OutOfRange {
+            what: "origin coordinate",
+            value,
+            limit: f64::MAX,
+        });
+    }
+    // A zero of either sign.
+    Ok((place != DVec3::ZERO).then_some(place.to_array()))
 }
 
 /// Refuses a picture whose first bytes are not those of its type.

@@ -130,6 +130,7 @@ pub fn build(
     monitor: &Monitor<'_>,
 ) -> Result<ProgressiveHull, HullError> {
     params.validate()?;
+    let origin = mesh.origin();
     let mesh = mesh.mesh();
     let unit = mesh.bounds().radius.log2().ceil().exp2();
     let faces: Vec<[u32; 3]> = if params.inner {
@@ -168,6 +169,7 @@ pub fn build(
         original_faces: mesh.faces.len(),
         original_volume: volume,
         unit,
+        origin,
         is_inner: params.inner,
         may_cross_itself: !params.no_self_intersections,
         distance_limit: limits.distance,

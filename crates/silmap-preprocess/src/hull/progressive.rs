@@ -19,6 +19,8 @@ pub struct ProgressiveHull {
     pub(super) original_volume: f64,
     /// Object lengths per length in the collapsed surface: a power of two.
     pub(super) unit: f64,
+    /// Where the origin of object coordinates lies in those of the model's file.
+    pub(super) origin: DVec3,
     pub(super) is_inner: bool,
     /// Whether collapses were free to let the hull pass through itself.
     pub(super) may_cross_itself: bool,
@@ -59,6 +61,12 @@ impl ProgressiveHull {
     #[must_use]
     pub fn least_faces(&self) -> usize {
         self.original_faces - 2 * self.collapsed.steps.len()
+    }
+
+    /// Where the origin of the model's and all levels' coordinates lies in those of its file: [`silmap_geometry::ClosedMesh::origin`].
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
     }
 
     /// Whether the model encloses the hulls, rather than the other way about.

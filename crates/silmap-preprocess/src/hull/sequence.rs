@@ -7,8 +7,9 @@
 //! | 8 | [`MAGIC`] |
 //! | 4 | [`VERSION`] |
 //! | 4 | CRC-32 of all that follows |
-//! | 4 + 4 | sum of 1 for an inner hull and 2 where collapses kept it from passing through itself; faces of the model |
+//! | 4 + 4 | sum of 1 for an inner hull, 2 where collapses kept it from passing through itself and 4 for a model far from its file's origin; faces of the model |
 //! | 8 + 8 | object lengths per length; distance from the model that no vertex may exceed |
+//! | 24 | for a model far from its file's origin: where the origin of object coordinates lies in the file's |
 //! | 4 + 4 + 4 | vertices of the model; faces of the base mesh; vertex splits |
 //! | 16 a face | the base mesh: place of the face in the model, then its vertices |
 //! | 48 a vertex | of the model's count: position and P in the base mesh, of no meaning where it has no such vertex |
@@ -75,10 +76,18 @@ impl ProgressiveHull {
             moved,
         } = &self.collapsed;
         let mut body = Writer(Vec::with_capacity(steps.len() * 170 + positions.len() * 48));
-        body.number(u32::from(self.is_inner) + 2 * u32::from(!self.may_cross_itself));
+        let is_far = self.origin != DVec3::ZERO;
+        body.number(
+            u32::from(self.is_inner)
+                + 2 * u32::from(!self.may_cross_itself)
+                + 4 * u32::from(is_far),
+        );
         body.number(self.original_faces as u32);
         body.real(self.unit);
         body.real(self.distance_limit);
+        if is_far {
+            body.point(self.origin);
+        }
         let base: Vec<(usize, &[u32])> = (origin.chunks_exact(3).enumerate())
             .filter(|(_, f)| f[0] != GONE)
             .collect();
@@ -136,12 +145,20 @@ impl ProgressiveHull {
         }
         let mut body = Reader(head.0);
         let kind = body.number()?;
-        if kind > 3 {
-            return damaged(format!("its kind is {kind}, and 3 is the largest"));
+        if kind > 7 {
+            return damaged(format!("its kind is {kind}, and 7 is the largest"));
         }
         let (is_inner, may_cross_itself) = (kind & 1 != 0, kind & 2 == 0);
         let original_faces = body.number()? as usize;
         let (unit, distance_limit) = (body.real()?, body.real()?);
+        let origin = if kind & 4 != 0 {
+            body.point()?
+        } else {
+            DVec3::ZERO
+        };
+        if !origin.is_finite() {
+            return damaged("its origin is not finite".to_owned());
+        }
         if !(unit.is_normal() && unit == unit.log2().round().exp2()) {
             return damaged(format!("its scale is {unit:e}, which is no power of two"));
         }
@@ -170,6 +187,7 @@ impl ProgressiveHull {
             scaled,
             original_faces,
             unit,
+            origin,
             is_inner,
             may_cross_itself,
             distance_limit,
@@ -404,9 +422,11 @@ impl Writer {
     }
 
     fn points(&mut self, points: &[DVec3; 2]) {
-        for p in points {
-            p.to_array().into_iter().for_each(|c| self.real(c));
-        }
+        points.iter().for_each(|&p| self.point(p));
+    }
+
+    fn point(&mut self, point: DVec3) {
+        point.to_array().into_iter().for_each(|c| self.real(c));
     }
 }
 
@@ -430,11 +450,11 @@ impl Reader<'_> {
     }
 
     fn points(&mut self) -> Result<[DVec3; 2], SequenceError> {
-        let mut points = [DVec3::ZERO; 2];
-        for p in &mut points {
-            *p = DVec3::new(self.real()?, self.real()?, self.real()?);
-        }
-        Ok(points)
+        Ok([self.point()?, self.point()?])
+    }
+
+    fn point(&mut self) -> Result<DVec3, SequenceError> {
+        Ok(DVec3::new(self.real()?, self.real()?, self.real()?))
     }
 }
 

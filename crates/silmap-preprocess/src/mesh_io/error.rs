@@ -4,6 +4,7 @@ use std::io;
 use std::path::PathBuf;
 
 use silmap_geometry::MeshDefects;
+use silmap_geometry::camera::in_short;
 use thiserror::Error;
 
 /// A mesh file that could not be read, used or written: one sentence that names the file and the first offending
@@ -146,6 +147,21 @@ pub enum MeshFault {
     /// More vertices or faces than 32-bit numbers count.
     #[error("more vertices or faces than can be handled (about four thousand million corners)")]
     TooLarge,
+    /// Numbers lie too far apart so far from the origin.
+    #[error(
+        "the model lies {} from the origin, where coordinates have steps of {}, too coarse for its radius of {}: move it nearer",
+        in_short(*.distance),
+        in_short(*.step),
+        in_short(*.radius)
+    )]
+    TooFar {
+        /// The largest coordinate of its middle.
+        distance: f64,
+        /// Its radius.
+        radius: f64,
+        /// How far numbers of double precision lie apart there.
+        step: f64,
+    },
     /// There is no vertex.
     #[error("no vertices")]
     NoVertices,

@@ -10,6 +10,7 @@ mod guard;
 mod mtl;
 mod obj;
 mod off;
+mod origin;
 mod painted;
 mod ply;
 mod ply_header;
@@ -24,6 +25,7 @@ mod write;
 
 use std::path::Path;
 
+use glam::DVec3;
 use silmap_geometry::defects::counted;
 use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, diagonals, holes, repair};
 
@@ -31,7 +33,7 @@ pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError}
 pub use self::painted::{PaintedFiles, encode_painted};
 use self::raw::RawMesh;
 use self::weld::{Welded, weld};
-pub use self::write::{check_output, encode, holds_colours, write};
+pub use self::write::{check_output, encode, encode_about, holds_colours, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
@@ -63,11 +65,22 @@ pub enum AlphaUse {
 /// A mesh that is ready for everything.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The mesh.
+    /// The mesh, in coordinates about [`ClosedMesh::origin`].
     pub mesh: ClosedMesh,
     /// The file's name without folder and extension.
     pub name: String,
     /// What was odd, or changed.
+    pub warnings: Vec<PrepWarning>,
+}
+
+/// Triangles as a file has them.
+#[derive(Clone, Debug)]
+pub struct LoadedTriangles {
+    /// The mesh, in coordinates about `origin`.
+    pub mesh: TriangleMesh,
+    /// Where the origin of its coordinates lies in those of the file.
+    pub origin: DVec3,
+    /// What was odd.
     pub warnings: Vec<PrepWarning>,
 }
 
@@ -85,6 +98,7 @@ enum Format {
 
 /// Reads a mesh file and makes sure that it is a closed, oriented manifold that faces outward.
 ///
+/// A model far from the file's origin is told in coordinates about a point near it, see [`ClosedMesh::origin`].
 /// Parts that face inward without lying in another part are turned, with a warning, whatever the options.
 ///
 /// # Errors
@@ -122,12 +136,19 @@ pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<Lo
 /// Reads a mesh file: polygons cut into triangles, vertices at equal places merged, nothing else checked or changed.
 ///
 /// # Errors
-/// When the file cannot be read or understood.
-pub fn read_triangles(path: &Path) -> Result<(TriangleMesh, Vec<PrepWarning>), MeshIoError> {
+/// When the file cannot be read or understood, or is too far from its origin.
+pub fn read_triangles(path: &Path) -> Result<LoadedTriangles, MeshIoError> {
     let mut raw = read_file(path)?;
     raw.cut_out(AlphaUse::Opaque);
-    let welded = weld(&raw);
-    Ok((welded.mesh, raw.warnings))
+    let mut mesh = weld(&raw).mesh;
+    let mut warnings = raw.warnings;
+    let (origin, coarse) = origin::localise(&mut mesh).map_err(|fault| at(path, fault))?;
+    warnings.extend(coarse);
+    Ok(LoadedTriangles {
+        mesh,
+        origin,
+        warnings,
+    })
 }
 
 fn at(path: &Path, fault: MeshFault) -> MeshIoError {
@@ -306,6 +327,9 @@ fn close(
             counted(moved.turned + moved.split, "diagonal")
         ));
     }
+    // Numbers of the file are compared with each other before this, and never after.
+    let (origin, coarse) = origin::localise(&mut mesh)?;
+    warnings.extend(coarse);
     if options.repair {
         let report = repair::repair(&mut mesh)?;
         vertex_of = through(&report.vertex_of, &vertex_of);
@@ -337,10 +361,10 @@ fn close(
         warnings.push(PrepWarning::Ignored { what });
     }
     let defects = match ClosedMesh::try_from(mesh) {
-        Ok(mesh) => return Ok((mesh, warnings)),
+        Ok(mesh) => return Ok((mesh.with_origin(origin), warnings)),
         Err(defects) => defects,
     };
-    if let Some((mesh, copies)) = close_without_copies(&raw.mesh, &welded_faces) {
+    if let Some((mesh, copies)) = close_without_copies(&raw.mesh, &welded_faces, origin) {
         let what = format!(
             "{} on the same vertices as others: removed",
             counted(copies, "face")
@@ -348,12 +372,12 @@ fn close(
         warnings.push(PrepWarning::Repaired { what });
         return Ok((mesh, warnings));
     }
-    if let Some(mesh) = close_unwelded(raw.mesh) {
+    if let Some(mesh) = close_unwelded(raw.mesh, origin) {
         let what = "sheets touch where the file keeps vertices apart: its vertices were not merged";
         warnings.push(PrepWarning::Ignored {
             what: what.to_owned(),
         });
-        return Ok((mesh, warnings));
+        return Ok((mesh.with_origin(origin), warnings));
     }
     Err(MeshFault::NotClosed {
         hint: hint(&defects, options),
@@ -363,7 +387,11 @@ fn close(
 
 /// The mesh with the vertices the file tells apart and without bodies given again, if that is closed already; and how many
 /// faces were given again. `welded` are its faces by merged vertices.
-fn close_without_copies(mesh: &TriangleMesh, welded: &[[u32; 3]]) -> Option<(ClosedMesh, usize)> {
+fn close_without_copies(
+    mesh: &TriangleMesh,
+    welded: &[[u32; 3]],
+    origin: DVec3,
+) -> Option<(ClosedMesh, usize)> {
     if welded.len() != mesh.faces.len() {
         return None;
     }
@@ -374,11 +402,14 @@ fn close_without_copies(mesh: &TriangleMesh, welded: &[[u32; 3]]) -> Option<(Clo
     }
     let mut mesh = mesh.clone();
     mesh.retain_faces(|f| !is_copy[f]);
-    close_unwelded(mesh).map(|mesh| (mesh, count))
+    close_unwelded(mesh, origin).map(|mesh| (mesh, count))
 }
 
 /// The mesh with the vertices the file tells apart, if that is closed already.
-fn close_unwelded(mut mesh: TriangleMesh) -> Option<ClosedMesh> {
+fn close_unwelded(mut mesh: TriangleMesh, origin: DVec3) -> Option<ClosedMesh> {
+    for position in &mut mesh.positions {
+        *position -= origin;
+    }
     repair::turn_outward(&mut mesh);
     ClosedMesh::try_from(mesh).ok()
 }

@@ -15,13 +15,15 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, RgbaImage};
+use glam::DVec3;
 use serde_json::{Value, json};
 use silmap_geometry::lighting::srgb_from_linear;
-use silmap_geometry::{Appearance, ColourImage, Material, TriangleMesh};
+use silmap_geometry::{Appearance, ColourImage, Material, TextureWrap, TriangleMesh};
 
 use super::at;
 use super::error::{MeshFault, MeshIoError};
-use super::write::{encode, srgb_bytes, vertex_colours};
+use super::write::{encode_about, placed, srgb_bytes, vertex_colours};
+use crate::progress::PrepWarning;
 
 /// How a material library begins that was written here, and may be replaced.
 const LIBRARY_HEAD: &str = "# written by silmap\n";
@@ -35,26 +37,33 @@ pub struct PaintedFiles {
     pub beside: Vec<(PathBuf, Vec<u8>)>,
     /// What the format has no place for.
     pub left_out: Vec<&'static str>,
+    /// Set when the format cannot hold positions so far from zero.
+    pub rounding: Option<PrepWarning>,
 }
 
-/// The files of a mesh in the format that the extension of `path` names.
+/// The files of a mesh in coordinates about `origin`, in the format that the extension of `path` names: in the files it stands there.
 ///
 /// # Errors
 /// As [`encode`]; when a material library of another program lies where one is to be written.
-pub fn encode_painted(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshIoError> {
+pub fn encode_painted(
+    path: &Path,
+    mesh: &TriangleMesh,
+    origin: DVec3,
+) -> Result<PaintedFiles, MeshIoError> {
     let paint = &mesh.appearance;
     let has_uvs = !paint.corner_uvs.is_empty();
     let has_materials = !paint.face_materials.is_empty() && !paint.materials.is_empty();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let is_painted = has_uvs || has_materials;
     let result = match extension.as_deref() {
-        Some("glb") if is_painted => glb(mesh).map(|bytes| PaintedFiles {
+        Some("glb") if is_painted => glb(mesh, origin).map(|bytes| PaintedFiles {
             bytes,
             beside: Vec::new(),
             left_out: Vec::new(),
+            rounding: None,
         }),
-        Some("obj") if is_painted => obj(path, mesh),
-        Some("ply") if is_painted => ply(path, mesh),
+        Some("obj") if is_painted => obj(path, mesh, origin),
+        Some("ply") if is_painted => ply(path, mesh, origin),
         other => {
             let mut left_out = Vec::new();
             if other == Some("stl") && !paint.corner_colours.is_empty() {
@@ -66,14 +75,21 @@ pub fn encode_painted(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, 
             if has_materials {
                 left_out.push("materials");
             }
+            let (bytes, rounding) = encode_about(path, mesh, origin)?;
             return Ok(PaintedFiles {
-                bytes: encode(path, mesh)?,
+                bytes,
                 beside: Vec::new(),
                 left_out,
+                rounding,
             });
         }
     };
-    result.map_err(|fault| at(path, fault))
+    result
+        .map(|mut files| {
+            files.left_out.dedup();
+            files
+        })
+        .map_err(|fault| at(path, fault))
 }
 
 /// A name beside `path`: its own, with `ending` for the extension.
@@ -135,16 +151,17 @@ fn by_material(mesh: &TriangleMesh) -> Vec<(usize, Vec<usize>)> {
 }
 
 /// The mesh's vertices with their colours, texture coordinates by number, and faces by material.
-fn obj(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshFault> {
+fn obj(path: &Path, mesh: &TriangleMesh, origin: DVec3) -> Result<PaintedFiles, MeshFault> {
     let paint = &mesh.appearance;
     let (library, mut beside) = (named_after(path, ".mtl"), Vec::new());
+    let mut left_out = Vec::new();
     let mut text = String::new();
     // Writing into a string cannot fail, here and below.
     if !paint.materials.is_empty() {
         let _ = writeln!(text, "mtllib {}", name_of(&library));
     }
     let colours = vertex_colours(mesh);
-    for (v, p) in mesh.positions.iter().enumerate() {
+    for (v, p) in placed(mesh, origin).enumerate() {
         let _ = write!(text, "v {} {} {}", p.x, p.y, p.z);
         if let Some(colours) = &colours {
             let [r, g, b] = colours[v].map(|c| srgb_from_linear(c).min(1.0));
@@ -178,7 +195,14 @@ fn obj(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshFault> {
             let _ = write!(library_text, "newmtl material_{m}\nKd {r} {g} {b}\n");
             if let Some(texture) = &material.texture {
                 let picture = named_after(path, &format!("-texture-{m}.png"));
-                let _ = writeln!(library_text, "map_Kd {}", name_of(&picture));
+                let clamp = match material.wrap {
+                    [TextureWrap::ClampToEdge; 2] => "-clamp on ",
+                    _ => "",
+                };
+                if clamp.is_empty() && material.wrap != [TextureWrap::Repeat; 2] {
+                    left_out.push("ways to wrap textures");
+                }
+                let _ = writeln!(library_text, "map_Kd {clamp}{}", name_of(&picture));
                 beside.push((picture, png(texture)?));
             }
         }
@@ -188,7 +212,8 @@ fn obj(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshFault> {
     Ok(PaintedFiles {
         bytes: text.into_bytes(),
         beside,
-        left_out: Vec::new(),
+        left_out,
+        rounding: None,
     })
 }
 
@@ -212,13 +237,16 @@ fn check_replaceable(library: &Path) -> Result<(), MeshFault> {
 }
 
 /// Texture coordinates stand with the faces, as MeshLab writes them.
-fn ply(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshFault> {
+fn ply(path: &Path, mesh: &TriangleMesh, origin: DVec3) -> Result<PaintedFiles, MeshFault> {
     let paint = &mesh.appearance;
     let mut left_out = Vec::new();
     let textures: Vec<&ColourImage> = (paint.materials.iter())
         .filter_map(|m| m.texture.as_ref())
         .collect();
     let is_plain = |m: &Material| m.base_colour == [1.0; 3] && m.texture.is_some();
+    if (paint.materials.iter()).any(|m| m.texture.is_some() && m.wrap != [TextureWrap::Repeat; 2]) {
+        left_out.push("ways to wrap textures");
+    }
     if !paint.materials.iter().all(is_plain) || paint.materials.len() > 1 {
         left_out.push("materials");
     }
@@ -247,7 +275,7 @@ fn ply(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshFault> {
         mesh.faces.len()
     )
     .into_bytes();
-    for (v, p) in mesh.positions.iter().enumerate() {
+    for (v, p) in placed(mesh, origin).enumerate() {
         for x in p.to_array() {
             bytes.extend(x.to_le_bytes());
         }
@@ -272,11 +300,12 @@ fn ply(path: &Path, mesh: &TriangleMesh) -> Result<PaintedFiles, MeshFault> {
         bytes,
         beside,
         left_out,
+        rounding: None,
     })
 }
 
 /// The plain file, with vertices apart where looks differ, and texture coordinates, pictures and materials put into it.
-fn glb(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
+fn glb(mesh: &TriangleMesh, origin: DVec3) -> Result<Vec<u8>, MeshFault> {
     const FLOAT: u32 = 5126;
     const UNSIGNED_INT: u32 = 5125;
     const VERTICES: u32 = 34962;
@@ -316,7 +345,7 @@ fn glb(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
             ..Appearance::default()
         },
     };
-    let plain = encode(Path::new("mesh.glb"), &apart).map_err(|e| e.fault)?;
+    let (plain, _) = encode_about(Path::new("mesh.glb"), &apart, origin).map_err(|e| e.fault)?;
     let (mut json, mut data) = chunks(&plain)?;
     // Shading runs on across seams.
     let normals = mesh.vertex_normals();
@@ -363,7 +392,17 @@ fn glb(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
                 &mut json["images"],
                 json!({"bufferView": view, "mimeType": "image/png"}),
             );
-            let texture = push(&mut json["textures"], json!({"source": image}));
+            let mut texture = json!({"source": image});
+            if material.wrap != [TextureWrap::Repeat; 2] {
+                let [wrap_s, wrap_t] = material.wrap.map(|wrap| match wrap {
+                    TextureWrap::Repeat => 10497,
+                    TextureWrap::MirroredRepeat => 33648,
+                    TextureWrap::ClampToEdge => 33071,
+                });
+                let sampler = json!({"wrapS": wrap_s, "wrapT": wrap_t});
+                texture["sampler"] = json!(push(&mut json["samplers"], sampler));
+            }
+            let texture = push(&mut json["textures"], texture);
             look["baseColorTexture"] = json!({"index": texture});
         }
         materials.push(json!({"pbrMetallicRoughness": look}));
@@ -461,9 +500,8 @@ fn assemble(json: &Value, mut data: Vec<u8>) -> Result<Vec<u8>, MeshFault> {
 mod tests {
     use std::fs;
 
-    use super::super::{LoadOptions, load};
+    use super::super::{LoadOptions, encode, load};
     use super::*;
-    use glam::DVec3;
 
     /// A tetrahedron with a texture on three faces, a plain material on the fourth, and a seam.
     fn painted(has_colours: bool) -> TriangleMesh {
@@ -532,7 +570,7 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join(format!("mesh.{extension}"));
             let mesh = painted(has_colours);
-            let files = encode_painted(&path, &mesh).unwrap();
+            let files = encode_painted(&path, &mesh, DVec3::ZERO).unwrap();
             assert!(files.left_out.is_empty());
             fs::write(&path, &files.bytes).unwrap();
             for (beside, bytes) in &files.beside {
@@ -542,7 +580,7 @@ mod tests {
             assert!(back.warnings.is_empty(), "{:?}", back.warnings);
             assert_eq!(looks(back.mesh.mesh()), looks(&mesh), "{extension}");
             // What was written here may be replaced.
-            assert_eq!(encode_painted(&path, &mesh).unwrap(), files);
+            assert_eq!(encode_painted(&path, &mesh, DVec3::ZERO).unwrap(), files);
         }
     }
 
@@ -552,12 +590,12 @@ mod tests {
         let path = folder.path().join("mesh.ply");
         let mut mesh = painted(true);
         assert_eq!(
-            encode_painted(&path, &mesh).unwrap().left_out,
+            encode_painted(&path, &mesh, DVec3::ZERO).unwrap().left_out,
             ["materials"]
         );
         mesh.appearance.materials.truncate(1);
         mesh.appearance.face_materials = vec![0; 4];
-        let files = encode_painted(&path, &mesh).unwrap();
+        let files = encode_painted(&path, &mesh, DVec3::ZERO).unwrap();
         assert!(files.left_out.is_empty());
         fs::write(&path, &files.bytes).unwrap();
         let [(beside, bytes)] = &files.beside[..] else {
@@ -574,7 +612,7 @@ mod tests {
     #[test]
     fn other_formats_name_what_is_left_out() {
         let mesh = painted(true);
-        let left_out = |name: &str| encode_painted(Path::new(name), &mesh).unwrap().left_out;
+        let left_out = |name: &str| encode_painted(Path::new(name), &mesh, DVec3::ZERO).unwrap().left_out;
         assert_eq!(left_out("a.off"), ["texture coordinates", "materials"]);
         assert_eq!(
             left_out("a.STL"),
@@ -585,7 +623,7 @@ mod tests {
             ..mesh.clone()
         };
         for name in ["a.stl", "a.glb", "a.obj"] {
-            let files = encode_painted(Path::new(name), &plain).unwrap();
+            let files = encode_painted(Path::new(name), &plain, DVec3::ZERO).unwrap();
             assert_eq!(files.bytes, encode(Path::new(name), &plain).unwrap());
             assert!(files.left_out.is_empty() && files.beside.is_empty());
         }
@@ -596,7 +634,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("mesh.mtl"), "newmtl skin\n").unwrap();
         let path = folder.path().join("mesh.obj");
-        let error = encode_painted(&path, &painted(false)).unwrap_err();
+        let error = encode_painted(&path, &painted(false), DVec3::ZERO).unwrap_err();
         assert!(error.to_string().contains("mesh.mtl"), "{error}");
     }
 }

@@ -1,7 +1,8 @@
 //! Meshes into files.
 //!
 //! Positions are written with all their digits in OBJ and OFF, as double precision in PLY, and rounded to single
-//! precision in STL and GLB, which hold nothing else. Vertex colours go along but into STL, in sRGB, as fractions in OBJ
+//! precision in STL and GLB, which hold nothing else. Of a mesh far from the origin a GLB holds the coordinates about a
+//! point near it, and the translation of its node that point, which loses nothing; for an STL there is a warning. Vertex colours go along but into STL, in sRGB, as fractions in OBJ
 //! and as bytes in PLY and OFF, and linear in GLB; where the corners at a vertex differ, it gets their mean. A file appears
 //! whole or not at all.
 
@@ -16,11 +17,13 @@ use silmap_geometry::lighting::srgb_from_linear;
 
 use super::at;
 use super::error::{MeshFault, MeshIoError};
+use super::origin::rounding;
+use crate::progress::PrepWarning;
 
 const KNOWN_OUTPUTS: &str = ".obj, .ply, .off, .stl, .glb";
 
 /// What makes a file's bytes of a mesh.
-type Encoder = fn(&TriangleMesh) -> Result<Vec<u8>, MeshFault>;
+type Encoder = fn(&TriangleMesh, DVec3) -> Result<Vec<u8>, MeshFault>;
 
 /// Writes a mesh in the format that the file's extension names.
 ///
@@ -36,9 +39,24 @@ pub fn write(path: &Path, mesh: &TriangleMesh) -> Result<(), MeshIoError> {
 /// # Errors
 /// When the extension is not one of those written, or the format cannot hold the mesh.
 pub fn encode(path: &Path, mesh: &TriangleMesh) -> Result<Vec<u8>, MeshIoError> {
-    encoder(path)
-        .and_then(|encode| encode(mesh))
-        .map_err(|fault| at(path, fault))
+    encode_about(path, mesh, DVec3::ZERO).map(|(bytes, _)| bytes)
+}
+
+/// The same for a mesh in coordinates about `origin`: in the file it stands there. Also says when the format cannot hold that.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_about(
+    path: &Path,
+    mesh: &TriangleMesh,
+    origin: DVec3,
+) -> Result<(Vec<u8>, Option<PrepWarning>), MeshIoError> {
+    let bytes = encoder(path)
+        .and_then(|encode| encode(mesh, origin))
+        .map_err(|fault| at(path, fault))?;
+    let is_rounded = origin != DVec3::ZERO && extension(path).as_deref() == Some("stl");
+    let warning = is_rounded.then(|| rounding(mesh, origin)).flatten();
+    Ok((bytes, warning))
 }
 
 /// Makes sure that the file's extension names a format that is written: before long work, whose end would be too late.
@@ -57,17 +75,21 @@ pub fn holds_colours(path: &Path) -> bool {
 }
 
 fn encoder(path: &Path) -> Result<Encoder, MeshFault> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("obj") => Ok(|mesh| Ok(obj(mesh).into_bytes())),
-        Some("off") => Ok(|mesh| Ok(off(mesh).into_bytes())),
-        Some("ply") => Ok(|mesh| Ok(ply(mesh))),
+    match extension(path).as_deref() {
+        Some("obj") => Ok(|mesh, origin| Ok(obj(mesh, origin).into_bytes())),
+        Some("off") => Ok(|mesh, origin| Ok(off(mesh, origin).into_bytes())),
+        Some("ply") => Ok(|mesh, origin| Ok(ply(mesh, origin))),
         Some("stl") => Ok(stl),
-        Some("glb") => Ok(|mesh| Ok(glb(mesh))),
+        Some("glb") => Ok(|mesh, origin| Ok(glb(mesh, origin))),
         _ => Err(MeshFault::UnknownOutput {
             known: KNOWN_OUTPUTS,
         }),
     }
+}
+
+/// In lower case.
+fn extension(path: &Path) -> Option<String> {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase())
 }
 
 /// Writes beside the file first, then renames.
@@ -114,10 +136,18 @@ pub(super) fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
     colour.map(|c| (srgb_from_linear(c) * 255.0).round() as u8)
 }
 
-fn obj(mesh: &TriangleMesh) -> String {
+/// Positions in the coordinates of the file.
+pub(super) fn placed(mesh: &TriangleMesh, origin: DVec3) -> impl Iterator<Item = DVec3> {
+    let is_moved = origin != DVec3::ZERO;
+    // Adding zero would turn −0 into 0.
+    let place = move |&p: &DVec3| if is_moved { p + origin } else { p };
+    mesh.positions.iter().map(place)
+}
+
+fn obj(mesh: &TriangleMesh, origin: DVec3) -> String {
     let mut text = String::new();
     let colours = vertex_colours(mesh);
-    for (v, p) in mesh.positions.iter().enumerate() {
+    for (v, p) in placed(mesh, origin).enumerate() {
         text.push_str(&format!("v {} {} {}", p.x, p.y, p.z));
         if let Some(colours) = &colours {
             // More than 1 would mean a scale to 255.
@@ -132,7 +162,7 @@ fn obj(mesh: &TriangleMesh) -> String {
     text
 }
 
-fn off(mesh: &TriangleMesh) -> String {
+fn off(mesh: &TriangleMesh, origin: DVec3) -> String {
     let colours = vertex_colours(mesh);
     let keyword = if colours.is_some() { "COFF" } else { "OFF" };
     let mut text = format!(
@@ -140,7 +170,7 @@ fn off(mesh: &TriangleMesh) -> String {
         mesh.positions.len(),
         mesh.faces.len()
     );
-    for (v, p) in mesh.positions.iter().enumerate() {
+    for (v, p) in placed(mesh, origin).enumerate() {
         text.push_str(&format!("{} {} {}", p.x, p.y, p.z));
         if let Some(colours) = &colours {
             let [r, g, b] = srgb_bytes(colours[v]);
@@ -154,7 +184,7 @@ fn off(mesh: &TriangleMesh) -> String {
     text
 }
 
-fn ply(mesh: &TriangleMesh) -> Vec<u8> {
+fn ply(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
     let colours = vertex_colours(mesh);
     let colour_properties = match colours {
         Some(_) => "property uchar red\nproperty uchar green\nproperty uchar blue\n",
@@ -167,7 +197,7 @@ fn ply(mesh: &TriangleMesh) -> Vec<u8> {
         mesh.faces.len()
     )
     .into_bytes();
-    for (v, p) in mesh.positions.iter().enumerate() {
+    for (v, p) in placed(mesh, origin).enumerate() {
         for x in p.to_array() {
             bytes.extend(x.to_le_bytes());
         }
@@ -188,11 +218,14 @@ fn single(v: DVec3) -> [f32; 3] {
     v.as_vec3().to_array()
 }
 
-fn stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
+fn stl(mesh: &TriangleMesh, origin: DVec3) -> Result<Vec<u8>, MeshFault> {
+    let is_moved = origin != DVec3::ZERO;
     let triangles: Vec<stl_io::Triangle> = (0..mesh.faces.len())
         .map(|f| stl_io::Triangle {
             normal: stl_io::Normal::new(single(mesh.face_cross(f).normalize_or_zero())),
-            vertices: mesh.corners(f).map(|p| stl_io::Vertex::new(single(p))),
+            vertices: mesh
+                .corners(f)
+                .map(|p| stl_io::Vertex::new(single(if is_moved { p + origin } else { p }))),
         })
         .collect();
     let mut bytes = Vec::new();
@@ -202,7 +235,7 @@ fn stl(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshFault> {
 }
 
 /// One mesh with positions, normals, colours where there are some, and indices, and a plain material.
-fn glb(mesh: &TriangleMesh) -> Vec<u8> {
+fn glb(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
     const FLOAT: u32 = 5126;
     const UNSIGNED_INT: u32 = 5125;
     const VERTICES: u32 = 34962;
@@ -252,6 +285,9 @@ fn glb(mesh: &TriangleMesh) -> Vec<u8> {
             {"bufferView": 2, "componentType": UNSIGNED_INT, "count": face_count * 3, "type": "SCALAR"},
         ],
     });
+    if origin != DVec3::ZERO {
+        json["nodes"][0]["translation"] = json!(origin.to_array());
+    }
     if colours.is_some() {
         json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(3);
         let push = |list: &mut serde_json::Value, item| {

@@ -25,7 +25,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 22] = [
+const FROM_CONFLICTS: [&str; 23] = [
     "model",
     "views",
     "method",
@@ -47,6 +47,7 @@ const FROM_CONFLICTS: [&str; 22] = [
     "repair",
     "alpha",
     "weld",
+    "keep_cavities",
     "backend",
 ];
 
@@ -190,6 +191,9 @@ pub(crate) struct BuildArgs {
     /// Leave out the atlas's normals, which viewers that light the model themselves use
     #[arg(long)]
     pub(crate) no_normals: bool,
+    /// Keep parts that no eye outside can see: walls of cavities, and bodies within others
+    #[arg(long)]
+    pub(crate) keep_cavities: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// What draws the captured views

@@ -51,7 +51,7 @@ pub(crate) struct HullArgs {
     /// Make a hull that the model encloses
     #[arg(long)]
     pub(crate) inner: bool,
-    /// Stop before the hull's volume over the model's passes this
+    /// Stop before the hull's volume over the model's passes this; cavities that are left out count as filled
     #[arg(long, value_name = "X", value_parser = parse_positive)]
     pub(crate) volume_ratio: Option<f64>,
     /// Stop before a vertex is farther than this from the model; 0.01R is a hundredth of its bounding sphere's radius
@@ -69,6 +69,9 @@ pub(crate) struct HullArgs {
     /// Draw the model and hulls of ever fewer faces side by side
     #[arg(long, value_name = "IMG.png")]
     pub(crate) strip: Option<PathBuf>,
+    /// Keep parts that no eye outside can see: walls of cavities, and bodies within others
+    #[arg(long)]
+    pub(crate) keep_cavities: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// Check independently that nothing of the model is outside, or of an inner hull outside the model; exit code 1 if something is

@@ -7,9 +7,8 @@ use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{AlignParams, angle_between, refine_pose};
-use silmap_geometry::Camera;
 use silmap_geometry::camera::in_short;
-use silmap_geometry::mesh::Bounds;
+use silmap_geometry::{Camera, ClosedMesh};
 use silmap_preprocess::mask_image::{self, MaskImage};
 use silmap_preprocess::trace::trace_contours;
 
@@ -52,7 +51,7 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     let outline = trace_contours(&mask);
     let model = load_model(&args.model, args.mending)?.mesh;
     let bounds = model.bounds();
-    let start = read_pose(&args.start, (mask.width(), mask.height()), bounds)?;
+    let start = read_pose(&args.start, (mask.width(), mask.height()), &model)?;
     let since = Instant::now();
     let params = AlignParams {
         fits_within_px: args.within,
@@ -74,7 +73,7 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
         )
     };
     let result = AlignJson {
-        camera: CameraJson::new(&camera, camera.eye.distance(bounds.center)),
+        camera: CameraJson::new(&camera, camera.eye.distance(bounds.center), model.origin()),
         converged: pose.fits(),
         distance_px: pose.distance_px,
         fits_within_px: pose.fits_within_px,
@@ -113,8 +112,10 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn read_pose(path: &Path, size: (u32, u32), bounds: &Bounds) -> anyhow::Result<Camera> {
+fn read_pose(path: &Path, size: (u32, u32), model: &ClosedMesh) -> anyhow::Result<Camera> {
     let shown = || path.display().to_string();
     let text = read_text(path)?;
-    pose_file::parse(&text, size, (bounds.center, bounds.radius)).with_context(shown)
+    let bounds = model.bounds();
+    let sphere = (bounds.center, bounds.radius);
+    pose_file::parse(&text, size, model.origin(), sphere).with_context(shown)
 }

@@ -284,6 +284,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
         BackendArg::Cpu => Backend::Cpu,
         BackendArg::Gpu => Backend::Gpu,
     };
+    params.keep_cavities = args.keep_cavities;
     params.map.keep = args.keep.unwrap_or(params.map.keep).min(args.views);
     params.map.max_error = args.max_error.map(|share| share.0);
     params.map.method = args.method.into();
@@ -362,6 +363,7 @@ mod tests {
                 p.textures.parametrisation == texture::Parametrisation::ClosestPoint
             }),
             ("--no-normals", |p| !p.textures.normals),
+            ("--keep-cavities", |p| p.keep_cavities),
             ("--backend cpu", |p| p.capture.backend == Backend::Cpu),
         ] {
             let words: Vec<&str> = options.split(' ').collect();

@@ -45,7 +45,8 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     let file = args.out.as_deref().map(OutputFile::check).transpose()?;
     let (asset, _) = read_asset(&args.asset)?;
     let map = &asset.map;
-    let camera = camera_from_args(&args.camera, map.center, map.radius)?;
+    let origin = asset.placement.in_scene;
+    let camera = camera_from_args(&args.camera, origin, map.center, map.radius)?;
     let named = || args.asset.display().to_string();
     let mut scratch = Scratch::new(map).with_context(named)?;
     // The first call fills the buffers that later ones, a frame each, find warm.
@@ -66,7 +67,7 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
 
     let as_json = || ContourJson {
         method: method.name(),
-        camera: CameraJson::new(&camera, camera.eye.distance(map.center)),
+        camera: CameraJson::new(&camera, camera.eye.distance(map.center), origin),
         triangle: map.triangles[outline.triangle as usize],
         barycentric: outline.barycentric,
         level: outline.level,

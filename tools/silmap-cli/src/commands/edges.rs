@@ -102,10 +102,15 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let mut staging = Staging::default();
     let model = load_model(&args.model, args.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
+    let origin = model.mesh.origin();
+    let start = match start {
+        Viewpoint::Eye(eye) => Viewpoint::Eye(eye - origin),
+        Viewpoint::Direction(_) => start,
+    };
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
     let is_seen = file.is_some() || outline_file.is_some();
     let drawing = match viewpoints.last() {
-        Some(last) if is_seen => Some(camera_of(last, center, radius)?),
+        Some(last) if is_seen => Some(camera_of(last, (center, radius), origin)?),
         _ => None,
     };
     let mesh = EdgeMesh::from(&model.mesh);
@@ -133,7 +138,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         outline_seconds_median = Some(seconds);
         let points = |points: &Loop| points.iter().map(|p| p.to_array()).collect();
         let json = serde_json::to_vec(&OutlineJson {
-            camera: CameraJson::new(camera, camera.eye.distance(center)),
+            camera: CameraJson::new(camera, camera.eye.distance(center), origin),
             loops: loops.iter().map(points).collect(),
             seconds,
         })?;
@@ -155,7 +160,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
             .then(|| edges.iter().map(|e| [e.from, e.to]).collect()),
         vertices: args.list.then(|| {
             let positions = &model.mesh.mesh().positions;
-            positions.iter().map(|p| p.to_array()).collect()
+            positions.iter().map(|&p| (p + origin).to_array()).collect()
         }),
         outline_seconds_median,
     };
@@ -293,7 +298,11 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
 }
 
 /// The camera of a drawing: the model's bounding sphere fits. Parallel projection is drawn from very far away.
-fn camera_of(viewpoint: &Viewpoint, center: DVec3, radius: f64) -> anyhow::Result<Camera> {
+fn camera_of(
+    viewpoint: &Viewpoint,
+    (center, radius): (DVec3, f64),
+    origin: DVec3,
+) -> anyhow::Result<Camera> {
     let eye = match *viewpoint {
         Viewpoint::Eye(eye) => eye,
         Viewpoint::Direction(towards) => {
@@ -301,7 +310,7 @@ fn camera_of(viewpoint: &Viewpoint, center: DVec3, radius: f64) -> anyhow::Resul
         }
     };
     Camera::fit_sphere(eye, center, radius, None, (DRAWING_PX, DRAWING_PX))
-        .with_context(|| format!("--eye {}", point_text(eye)))
+        .with_context(|| format!("--eye {}", point_text(eye + origin)))
 }
 
 /// The outline as polygons in the image, and the median of the seconds that they take.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Context;
+use glam::DVec3;
 use serde::Serialize;
 use silmap_map::Method;
 use silmap_preprocess::evaluate::{
@@ -84,7 +85,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         _ => None,
     };
     if args.output.json {
-        let mut json = as_json(&params, &methods, &errors);
+        let mut json = as_json(&params, &methods, &errors, asset.placement.in_scene);
         json.textures = textures;
         return output::print_json(&json);
     }
@@ -99,6 +100,7 @@ fn as_json(
     params: &EvaluateParams,
     methods: &[MethodErrors],
     errors: &[ViewpointError],
+    origin: DVec3,
 ) -> EvaluateJson {
     EvaluateJson {
         viewpoints: params.viewpoints,
@@ -119,7 +121,7 @@ fn as_json(
         per_viewpoint: errors
             .iter()
             .map(|e| ViewpointJson {
-                eye: e.eye.to_array(),
+                eye: (e.eye + origin).to_array(),
                 method: e.method.name(),
                 misclassified: e.misclassified,
                 escaped: e.escaped,

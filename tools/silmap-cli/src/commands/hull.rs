@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Serialize;
-use silmap_geometry::{Appearance, ColourImage, TriangleMesh};
+use silmap_geometry::{Appearance, ColourImage, TriangleMesh, without_hidden_parts};
+use silmap_preprocess::PrepWarning;
 use silmap_preprocess::hull::{
     self, HullLevel, HullParams, ProgressiveHull, VerifyParams, VerifyReport,
 };
 use silmap_preprocess::mesh_io;
 
 use crate::args::HullArgs;
-use crate::files::{load_model_bytes, read};
+use crate::files::{encode_mesh, load_model_bytes, read};
 use crate::output::{self, OutputFile, Staging};
 use crate::pictures::encode_png;
 use crate::progress::Progress;
@@ -53,6 +54,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let progress = Progress::new();
     let Given {
         model,
+        origin,
         sequence,
         faces,
         since,
@@ -63,7 +65,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         .watch(|monitor| sequence.tightened_within(faces, args.tighten.into(), distance, monitor))
         .with_context(named)?;
     // What is verified is what is written.
-    let Written { hull, moved } = as_written(&level, &model, &args.out);
+    let Written { hull, moved } = as_written(&level, (&model, origin), &args.out);
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
         let params = VerifyParams::default();
@@ -73,7 +75,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         }
     });
     let mut staging = Staging::default();
-    staging.add(&file, &mesh_io::encode(&args.out, &hull)?)?;
+    staging.add(&file, &encode_mesh(&args.out, &hull, origin)?)?;
     if let Some(file) = &sequence_file {
         staging.add(file, &sequence.to_bytes())?;
     }
@@ -215,6 +217,8 @@ fn warn_of_what_is_left_out(args: &HullArgs, appearance: &Appearance) {
 /// What the hull is taken out of.
 struct Given {
     model: TriangleMesh,
+    /// Where the origin of its coordinates lies in the file's.
+    origin: DVec3,
     sequence: ProgressiveHull,
     /// Faces of the level to take.
     faces: usize,
@@ -244,20 +248,29 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
         let least = sequence.faces_within(params.volume_ratio, params.max_distance);
         return Ok(Given {
             model,
+            origin: sequence.origin(),
             sequence,
             faces: least.max(params.target_faces as usize),
             since,
         });
     }
-    let model = load_model_bytes(&args.model, &bytes, args.mending)?;
+    let mut model = load_model_bytes(&args.model, &bytes, args.mending)?;
     drop(bytes);
+    if !args.keep_cavities
+        && let Some((seen, hidden)) = without_hidden_parts(&model.mesh)
+    {
+        let warning = PrepWarning::HiddenParts(hidden);
+        output::warn(&format!("{}: {warning}", args.model.display()));
+        model.mesh = seen;
+    }
     let params = params_from_args(args, model.mesh.bounds().radius);
     let since = Instant::now();
     let sequence = progress
         .watch(|monitor| hull::build(&model.mesh, &params, monitor))
         .with_context(named)?;
     Ok(Given {
-        model: model.mesh.mesh().clone(),
+        origin: model.mesh.origin(),
+        model: model.mesh.into_mesh(),
         sequence,
         faces: params.target_faces as usize,
         since,
@@ -284,19 +297,25 @@ struct Written {
 
 /// The level as it is written, with the model's colours at its vertices where it has such: in single precision, as readers mostly
 /// take it in, unless the model is so far from the origin that too much would poke out, and the format holds more.
-fn as_written(level: &HullLevel, model: &TriangleMesh, path: &Path) -> Written {
+fn as_written(level: &HullLevel, (model, origin): (&TriangleMesh, DVec3), path: &Path) -> Written {
     let rounded = level.round();
     let most = VerifyParams::default().tolerance_rel * model.bounds().radius;
     let is_glb = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
-    let (positions, moved) = if rounded.leak <= most || is_glb {
+    let (mut positions, moved): (Vec<DVec3>, f64) = if rounded.leak <= most || is_glb {
         let single = rounded.hull.positions.into_iter();
         (single.map(double).collect(), rounded.moved)
     } else {
         (level.mesh.positions.clone(), 0.0)
     };
+    if !is_glb && origin != DVec3::ZERO {
+        // As its reader finds them again.
+        positions
+            .iter_mut()
+            .for_each(|p| *p = (*p + origin) - origin);
+    }
     let hull = TriangleMesh {
         appearance: level.appearance(model),
         positions,

@@ -93,13 +93,14 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
     let (record, map) = (&asset.record, &asset.map);
     let counts: Vec<usize> = map.contour_vertex_counts().collect();
     let total: usize = counts.iter().sum();
+    let origin = asset.placement.in_scene;
     Inspection {
         format_version: asset::FORMAT_VERSION,
         model: ModelJson {
             name: &record.name,
             faces: record.model_faces,
             vertices: record.model_vertices,
-            center: map.center.to_array(),
+            center: (map.center + origin).to_array(),
             radius: map.radius,
         },
         map: MapJson {
@@ -143,7 +144,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
                 .iter()
                 .zip(&counts)
                 .map(|(view, &contour_vertices)| ViewJson {
-                    eye: view.camera.eye.to_array(),
+                    eye: (view.camera.eye + origin).to_array(),
                     contour_vertices,
                 })
                 .collect()

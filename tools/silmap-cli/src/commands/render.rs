@@ -4,11 +4,12 @@ use std::path::Path;
 
 use anyhow::Context;
 use clap::error::ErrorKind;
+use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::silhouette_edges;
 use silmap_geometry::{Camera, TriangleMesh};
 use silmap_map::{Asset, Method};
-use silmap_preprocess::mesh_io;
+use silmap_preprocess::mesh_io::{self, LoadedTriangles};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, Renderer,
     RendererOptions,
@@ -84,7 +85,11 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         None => None,
     };
     let params = FrameParams {
-        camera: camera(args, asset.as_ref(), model.as_ref().map(|(_, mesh)| mesh))?,
+        camera: camera(
+            args,
+            asset.as_ref(),
+            model.as_ref().map(|(_, placed)| placed),
+        )?,
         mode: args.mode.into(),
         method: asset.as_ref().map_or(Method::default(), |asset| {
             MethodArg::resolve(args.method, &asset.map)
@@ -97,6 +102,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             by_item_buffer: args.soup,
         },
     };
+    let model = model.map(|(path, (mesh, _))| (path, mesh));
     let exact = match &model {
         Some((path, mesh)) if params.mode == Mode::Exact => {
             Some(exact_shape(mesh, &params).with_context(|| path.display().to_string())?)
@@ -143,15 +149,19 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The model that the mode needs: closed, or with `--soup` as it is.
+/// The model that the mode needs, and the origin of its coordinates: closed, or with `--soup` as it is.
 fn read_model(
     args: &RenderArgs,
     path: &Path,
     asset: Option<&Asset>,
-) -> anyhow::Result<TriangleMesh> {
+) -> anyhow::Result<(TriangleMesh, DVec3)> {
     if args.soup {
         let owned = path.to_owned();
-        let (mesh, warnings) = interrupt::unless_stopped(move || mesh_io::read_triangles(&owned))??;
+        let LoadedTriangles {
+            mut mesh,
+            mut origin,
+            warnings,
+        } = interrupt::unless_stopped(move || mesh_io::read_triangles(&owned))??;
         for warning in &warnings {
             output::warn(&format!("{}: {warning}", path.display()));
         }
@@ -160,30 +170,41 @@ fn read_model(
             "{}: it has no faces",
             path.display()
         );
-        return Ok(mesh);
+        if let Some(asset) = asset {
+            let shift = origin - asset.placement.in_model;
+            mesh.positions.iter_mut().for_each(|p| *p += shift);
+            origin -= shift;
+        }
+        return Ok((mesh, origin));
     }
     let loaded = match asset {
         Some(asset) => load_model_of(asset, path, args.mending)?,
         None => load_model(path, args.mending)?,
     };
-    Ok(loaded.mesh.mesh().clone())
+    let origin = loaded.mesh.origin();
+    Ok((loaded.mesh.into_mesh(), origin))
 }
 
 /// The camera about the asset, or without one about the model.
 fn camera(
     args: &RenderArgs,
     asset: Option<&Asset>,
-    model: Option<&TriangleMesh>,
+    model: Option<&(TriangleMesh, DVec3)>,
 ) -> anyhow::Result<Camera> {
-    let of_asset = asset.map(|asset| (asset.map.center, asset.map.radius));
+    let of_asset = asset.map(|asset| {
+        let map = &asset.map;
+        (asset.placement.in_scene, map.center, map.radius)
+    });
     let of_model = || {
-        let bounds = model.map(TriangleMesh::bounds);
-        bounds.map(|b| (b.center, b.radius))
+        model.map(|(mesh, origin)| {
+            let bounds = mesh.bounds();
+            (*origin, bounds.center, bounds.radius)
+        })
     };
-    let (center, radius) = of_asset
+    let (origin, center, radius) = of_asset
         .or_else(of_model)
         .context("there is nothing to look at")?;
-    camera_from_args(&args.camera, center, radius)
+    camera_from_args(&args.camera, origin, center, radius)
 }
 
 /// The exact silhouette of the model in the frame's image.

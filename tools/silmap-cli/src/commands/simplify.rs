@@ -59,6 +59,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         .iter()
         .map(|&eye| camera_at(eye, &model))
         .collect::<anyhow::Result<Vec<_>>>()?;
+    let eyes: Vec<DVec3> = cameras.iter().map(|camera| camera.eye).collect();
     let params = SimplifyParams {
         target_faces: args.faces,
         band_rad: args.band.to_radians(),
@@ -77,7 +78,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     } = simplified("simplifying", &eyes[..])?;
     let seconds = since.elapsed().as_secs_f64();
     let plain = simplified("without guidance", &[])?.mesh;
-    let files = mesh_io::encode_painted(&args.out, &simple)?;
+    let files = mesh_io::encode_painted(&args.out, &simple, model.origin())?;
     let mut staging = Staging::default();
     for (path, bytes) in &files.beside {
         let beside = OutputFile::check(path)?;
@@ -85,7 +86,8 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         staging.add(&beside, bytes)?;
     }
     staging.add(&file, &files.bytes)?;
-    let warnings = warnings_about(args, simple.faces.len(), stretched, &files.left_out);
+    let mut warnings = warnings_about(args, simple.faces.len(), stretched, &files.left_out);
+    warnings.extend(files.rounding.iter().map(ToString::to_string));
     let error = |mesh| error_of(mesh, model.mesh(), &cameras).with_context(named);
     let result = SimplifyJson {
         out: &args.out,
@@ -170,8 +172,14 @@ fn read_eyes(path: &Path) -> anyhow::Result<Vec<DVec3>> {
 fn camera_at(eye: DVec3, model: &ClosedMesh) -> anyhow::Result<Camera> {
     let bounds = model.bounds();
     let size = (COMPARED_PX, COMPARED_PX);
-    Camera::fit_sphere(eye, bounds.center, bounds.radius, None, size)
-        .with_context(|| format!("viewpoint {}", point_text(eye)))
+    Camera::fit_sphere(
+        eye - model.origin(),
+        bounds.center,
+        bounds.radius,
+        None,
+        size,
+    )
+    .with_context(|| format!("viewpoint {}", point_text(eye)))
 }
 
 fn error_of(

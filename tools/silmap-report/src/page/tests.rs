@@ -2,7 +2,7 @@
 
 use silmap_geometry::{Camera, ColourImage, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
-    Asset, BuildRecord, CapturedView, CoarseHull, SilhouetteMap, TextureSet, ViewContour,
+    Asset, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet, ViewContour,
 };
 
 use super::*;
@@ -47,6 +47,7 @@ fn asset() -> Asset {
         },
         hull: CoarseHull::default(),
         textures: TextureSet::default(),
+        placement: Placement::default(),
     }
 }
 
