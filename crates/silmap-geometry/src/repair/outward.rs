@@ -1,5 +1,7 @@
 //! Turning closed parts outward.
 
+use glam::DVec3;
+
 use crate::bvh::Bvh;
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::topology::Topology;

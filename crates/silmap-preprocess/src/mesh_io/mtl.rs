@@ -11,7 +11,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use silmap_geometry::{ColourImage, Material};
+use silmap_geometry::{ColourImage, Material, TextureWrap};
 
 use super::raw::RawMesh;
 use super::text::find_file;
@@ -164,7 +164,11 @@ impl<'a> MaterialLibrary<'a> {
             material: Material {
                 base_colour,
                 texture,
-                ..Material::default()
+                wrap: if placement.is_clamped {
+                    [TextureWrap::ClampToEdge; 2]
+                } else {
+                    <[TextureWrap; 2]>::default()
+                },
             },
             placement,
         })

@@ -14,8 +14,8 @@ use std::fmt::Write as _;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{ImageFormat, RgbaImage};
 use glam::DVec3;
+use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 use silmap_geometry::lighting::srgb_from_linear;
 use silmap_geometry::{Appearance, ColourImage, Material, TextureWrap, TriangleMesh};
@@ -195,10 +195,8 @@ fn obj(path: &Path, mesh: &TriangleMesh, origin: DVec3) -> Result<PaintedFiles, 
             let _ = write!(library_text, "newmtl material_{m}\nKd {r} {g} {b}\n");
             if let Some(texture) = &material.texture {
                 let picture = named_after(path, &format!("-texture-{m}.png"));
-                let clamp = match material.wrap {
-                    [TextureWrap::ClampToEdge; 2] => "-clamp on ",
-                    _ => "",
-                };
+                let is_clamped = material.wrap == [TextureWrap::ClampToEdge; 2];
+                let clamp = if is_clamped { "-clamp on " } else { "" };
                 if clamp.is_empty() && material.wrap != [TextureWrap::Repeat; 2] {
                     left_out.push("ways to wrap textures");
                 }
@@ -612,7 +610,11 @@ mod tests {
     #[test]
     fn other_formats_name_what_is_left_out() {
         let mesh = painted(true);
-        let left_out = |name: &str| encode_painted(Path::new(name), &mesh, DVec3::ZERO).unwrap().left_out;
+        let left_out = |name: &str| {
+            encode_painted(Path::new(name), &mesh, DVec3::ZERO)
+                .unwrap()
+                .left_out
+        };
         assert_eq!(left_out("a.off"), ["texture coordinates", "materials"]);
         assert_eq!(
             left_out("a.STL"),
