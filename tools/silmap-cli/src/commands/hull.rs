@@ -51,6 +51,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let Given {
         model,
         sequence,
+        is_saved,
         faces,
         since,
     } = take_in(args, &progress)?;
@@ -76,7 +77,8 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     if let Some(file) = strip_file {
         file.write(&encode_png(&strip_of(&sequence, &hull)?)?)?;
     }
-    for sentence in what_fell_short(args, &level, moved, &model) {
+    let end = is_saved.then(|| sequence.least_faces());
+    for sentence in what_fell_short(args, &level, moved, &model, end) {
         output::warn(&format!("{}: {sentence}", args.out.display()));
     }
     warn_of_what_is_left_out(args, &model.appearance);
@@ -116,12 +118,13 @@ fn not_verified(args: &HullArgs, check: &VerifyReport, is_inner: bool) -> anyhow
     )
 }
 
-/// What was asked for and is not so in what is written.
+/// What was asked for and is not so in what is written; `end` has the fewest faces of a saved sequence.
 fn what_fell_short(
     args: &HullArgs,
     level: &HullLevel,
     moved: f64,
     model: &TriangleMesh,
+    end: Option<usize>,
 ) -> Vec<String> {
     let mut sentences = Vec::new();
     let distance = args.max_distance.map(|d| d.in_units(model.bounds().radius));
@@ -142,10 +145,13 @@ fn what_fell_short(
         if args.no_self_intersections {
             keeps.push("from passing through itself".to_owned());
         }
-        sentences.push(format!(
-            "the hull stopped at {reached} faces: no further collapse keeps it {} ({wanted} asked for)",
-            keeps.join(" and ")
-        ));
+        sentences.push(match end == Some(reached) {
+            true => format!("the saved hulls end at {reached} faces ({wanted} asked for)"),
+            false => format!(
+                "the hull stopped at {reached} faces: no further collapse keeps it {} ({wanted} asked for)",
+                keeps.join(" and ")
+            ),
+        });
     }
     let rounding = VerifyParams::default().tolerance_rel;
     if let Some(wanted) = args.volume_ratio {
@@ -211,6 +217,8 @@ fn warn_of_what_is_left_out(args: &HullArgs, appearance: &Appearance) {
 struct Given {
     model: TriangleMesh,
     sequence: ProgressiveHull,
+    /// Whether it was read from a file.
+    is_saved: bool,
     /// Faces of the level to take.
     faces: usize,
     /// When the model was there.
@@ -240,6 +248,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
         return Ok(Given {
             model,
             sequence,
+            is_saved: true,
             faces: least.max(params.target_faces as usize),
             since,
         });
@@ -254,6 +263,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
     Ok(Given {
         model: model.mesh.mesh().clone(),
         sequence,
+        is_saved: false,
         faces: params.target_faces as usize,
         since,
     })
