@@ -15,15 +15,15 @@ use silmap_preprocess::{Monitor, models};
 /// How far outside counts, in radii of the model.
 const TOLERANCE_REL: f64 = 1e-6;
 /// Points along each side of a hull's triangle.
-const PER_SIDE: usize = 8;
+const PER_SIDE: usize = 4;
 
 /// Models with ears, fingers and horns, the faces of their hulls, and the least share of the model's volume in them.
-const QUICK: [(&str, u32, f64); 3] = [
+const QUICK: [(&str, u32, f64); 2] = [
     ("decimated-knight.off", 120, 0.5),
     ("spot/spot_triangulated.obj", 150, 0.75),
-    ("fertility.off", 300, 0.6),
 ];
-const SLOW: [(&str, u32, f64); 5] = [
+const SLOW: [(&str, u32, f64); 6] = [
+    ("fertility.off", 300, 0.6),
     ("cheburashka.off", 200, 0.7),
     ("elephant.off", 300, 0.65),
     ("armadillo.obj", 300, 0.55),
@@ -71,9 +71,12 @@ fn distance(mesh: &TriangleMesh, p: DVec3) -> f64 {
 
 /// How far a point is outside the model; zero inside.
 fn outside(model: &TriangleMesh, p: DVec3) -> f64 {
-    let away = distance(model, p);
+    if winding(model, p) > 0 {
+        return 0.0;
+    }
     // On the surface as far as anybody can tell; the sum of angles needs some distance, too.
-    if away <= TOLERANCE_REL * model.bounds().radius || winding(model, p) > 0 {
+    let away = distance(model, p);
+    if away <= TOLERANCE_REL * model.bounds().radius {
         0.0
     } else {
         away
@@ -218,16 +221,22 @@ fn nothing_of_an_inner_hull_is_outside_a_large_model() {
 
 #[test]
 fn nothing_of_an_inner_hull_is_outside_a_generated_model() {
-    for (name, mesh) in [
-        ("knot", models::trefoil_knot(2000)),
-        ("three holes", models::three_holed_torus(2000)),
-        ("organic", models::organic(3000)),
+    for (name, mesh, faces) in [
+        ("knot", models::trefoil_knot(2000), 150),
+        ("three holes", models::three_holed_torus(2000), 150),
+        // As far down as it goes: its tips then fold outside unless each collapse is held against the model.
+        ("organic", models::organic(2500), 30),
     ] {
         let mesh = ClosedMesh::try_from(mesh).unwrap();
-        let level = inner_hull(&mesh, 150).level(150);
+        let sequence = inner_hull(&mesh, faces);
+        let level = sequence.level(sequence.least_faces());
         assert_eq!(farthest_outside(&level.mesh, mesh.mesh()), 0.0, "{name}");
         let report = verify_inner(&level.mesh, mesh.mesh(), &VerifyParams::default());
         assert!(report.encloses, "{name}: {report:?}");
+        assert!(
+            level.mesh.faces.len() < 200 && level.volume_ratio > 0.3,
+            "{name}"
+        );
     }
 }
 

@@ -18,7 +18,7 @@ use super::surface::{Contraction, Surface};
 use super::{HullError, HullParams};
 use crate::progress::{Monitor, Stage};
 
-/// Collapses between two looks at the monitor: a few milliseconds.
+/// Collapses between two words of progress: a few milliseconds.
 const MONITOR_STRIDE: usize = 512;
 
 /// From this many faces on, every edge whose surroundings changed is looked at again at once: the last collapses add most
@@ -283,6 +283,7 @@ impl Collapser<'_> {
 
     fn run(&mut self, limits: &Limits, monitor: &Monitor<'_>) -> Result<(), HullError> {
         while self.face_count > limits.faces {
+            monitor.check()?;
             let Some(Reverse(entry)) = self.queue.pop() else {
                 break;
             };
@@ -318,7 +319,6 @@ impl Collapser<'_> {
             self.contract(entry.edge, placement);
             let done = self.state.steps.len();
             if done.is_multiple_of(MONITOR_STRIDE) {
-                monitor.check()?;
                 monitor.advance(Stage::Hull, 2 * MONITOR_STRIDE as u64);
             }
         }

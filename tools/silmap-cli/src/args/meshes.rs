@@ -76,9 +76,8 @@ pub(crate) struct HullArgs {
     pub(crate) mending: MendingArgs,
     /// Check independently that nothing of the model is outside, or of an inner hull outside the model; exit code 1 if something is
     ///
-    /// Looked at are all vertices of what has to be inside, all places where its triangles and those of the other pass through one
-    /// another, and 20,000 random points of its surface. So a hull that nowhere passes through the model's surface is proved by its
-    /// vertices; where it does, what is outside may be missed if it is smaller than about a fortieth of the model's radius.
+    /// A triangle that nothing passes through is proved, by exact signs. Where model and hull pass through one another the check samples:
+    /// near each such place, and 20,000 random points of the surface, on a sphere a fortieth of its radius apart
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]

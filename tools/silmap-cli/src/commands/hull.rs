@@ -56,6 +56,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         model,
         origin,
         sequence,
+        is_saved,
         faces,
         since,
     } = take_in(args, &progress)?;
@@ -83,7 +84,8 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         staging.add(file, &encode_png(&strip_of(&sequence, &hull)?)?)?;
     }
     staging.publish()?;
-    for sentence in what_fell_short(args, &level, moved, &model) {
+    let end = is_saved.then(|| sequence.least_faces());
+    for sentence in what_fell_short(args, &level, moved, &model, end) {
         output::warn(&format!("{}: {sentence}", args.out.display()));
     }
     warn_of_what_is_left_out(args, &model.appearance);
@@ -123,12 +125,13 @@ fn not_verified(args: &HullArgs, check: &VerifyReport, is_inner: bool) -> anyhow
     )
 }
 
-/// What was asked for and is not so in what is written.
+/// What was asked for and is not so in what is written; `end` has the fewest faces of a saved sequence.
 fn what_fell_short(
     args: &HullArgs,
     level: &HullLevel,
     moved: f64,
     model: &TriangleMesh,
+    end: Option<usize>,
 ) -> Vec<String> {
     let mut sentences = Vec::new();
     let distance = args.max_distance.map(|d| d.in_units(model.bounds().radius));
@@ -149,10 +152,13 @@ fn what_fell_short(
         if args.no_self_intersections {
             keeps.push("from passing through itself".to_owned());
         }
-        sentences.push(format!(
-            "the hull stopped at {reached} faces: no further collapse keeps it {} ({wanted} asked for)",
-            keeps.join(" and ")
-        ));
+        sentences.push(match end == Some(reached) {
+            true => format!("the saved hulls end at {reached} faces ({wanted} asked for)"),
+            false => format!(
+                "the hull stopped at {reached} faces: no further collapse keeps it {} ({wanted} asked for)",
+                keeps.join(" and ")
+            ),
+        });
     }
     let rounding = VerifyParams::default().tolerance_rel;
     if let Some(wanted) = args.volume_ratio {
@@ -220,6 +226,8 @@ struct Given {
     /// Where the origin of its coordinates lies in the file's.
     origin: DVec3,
     sequence: ProgressiveHull,
+    /// Whether it was read from a file.
+    is_saved: bool,
     /// Faces of the level to take.
     faces: usize,
     /// When the model was there.
@@ -250,6 +258,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
             model,
             origin: sequence.origin(),
             sequence,
+            is_saved: true,
             faces: least.max(params.target_faces as usize),
             since,
         });
@@ -272,6 +281,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
         origin: model.mesh.origin(),
         model: model.mesh.into_mesh(),
         sequence,
+        is_saved: false,
         faces: params.target_faces as usize,
         since,
     })
