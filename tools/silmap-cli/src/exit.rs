@@ -130,6 +130,8 @@ fn class_of_gpu(error: &GpuError) -> ExitClass {
         GpuError::DeviceLost { .. } | GpuError::OutOfMemory { .. } | GpuError::Timeout { .. } => {
             ExitClass::Resources
         }
+        // More pixels than go through the adapter's largest buffer.
+        GpuError::NotReadable { .. } => ExitClass::BadInput,
         // The device refused what this program should not have asked for.
         _ => ExitClass::Fault,
     }

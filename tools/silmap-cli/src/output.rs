@@ -49,6 +49,22 @@ impl OutputFile {
         Ok(file)
     }
 
+    /// As [`OutputFile::check`], for a picture, which is written as PNG: a name that promises another kind is refused.
+    ///
+    /// # Errors
+    /// As [`OutputFile::check`], and when the name has the ending of another kind of file.
+    pub(crate) fn check_png(path: &Path) -> anyhow::Result<Self> {
+        let file = Self::check(path)?;
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some(ending) if ending != "png" && file.kind == Target::Regular => bail!(
+                "{}: pictures are written as PNG, and a name that ends in .{ending} promises something else",
+                path.display()
+            ),
+            _ => Ok(file),
+        }
+    }
+
     /// Puts the bytes there, whole.
     ///
     /// # Errors

@@ -128,6 +128,9 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let started = Instant::now();
     check_usage(args);
     let file = OutputFile::check(&args.out)?;
+    for input in [&args.model, &args.from].into_iter().flatten() {
+        file.refuse_to_replace(input);
+    }
     let Some(model_path) = &args.model else {
         return run_from(args, file, started);
     };

@@ -22,7 +22,7 @@ use crate::args::Command;
 /// There is nothing to draw with.
 #[derive(Debug, Error)]
 #[error("{0}")]
-pub(crate) struct NoAdapter(GpuError);
+pub(crate) struct NoAdapter(pub(crate) GpuError);
 
 /// Opens the graphics adapter.
 ///
