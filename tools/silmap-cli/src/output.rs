@@ -75,7 +75,8 @@ impl OutputFile {
         staging.publish()
     }
 
-    /// Ends the program, as for options that are wrong together, when this is one of the files that are read: it would be gone.
+    /// Ends the program, as for options that are wrong together, when this is a file that is read, whose kind of content would be gone. A
+    /// mesh that becomes a simpler mesh in its place is another matter.
     pub(crate) fn refuse_to_replace(&self, input: &Path) {
         if fs::canonicalize(input).is_ok_and(|input| input == self.path)
             && self.kind == Target::Regular

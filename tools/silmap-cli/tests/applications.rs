@@ -209,7 +209,10 @@ fn a_pose_is_found_again_from_a_picture_of_the_outline() {
         ("{\"eye\": [null, 0, 3]}", "camera"),
         ("{\"eye\": [0, 0, 9], \"fov_y_degrees\": 1e9}", "degrees"),
         ("{\"eye\": [0, 0, 9], \"target\": [0, 0, 9]}", "same point"),
-        ("{\"eye\": [0, 0, 9], \"up\": [0, 0, 1]}", "parallel"),
+        (
+            "{\"eye\": [0, 0, 9], \"target\": [0, 0, 0], \"up\": [0, 0, 1]}",
+            "parallel",
+        ),
         ("", "JSON"),
     ] {
         fs::write(&start, pose).unwrap();

@@ -128,8 +128,8 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let started = Instant::now();
     check_usage(args);
     let file = OutputFile::check(&args.out)?;
-    for input in [&args.model, &args.from].into_iter().flatten() {
-        file.refuse_to_replace(input);
+    if let Some(model) = &args.model {
+        file.refuse_to_replace(model);
     }
     let Some(model_path) = &args.model else {
         return run_from(args, file, started);

@@ -53,7 +53,6 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         .transpose()?;
     let written = [Some(&file), sequence_file.as_ref(), strip_file.as_ref()];
     output::refuse_same_file(written.into_iter().flatten());
-    (written.into_iter().flatten()).for_each(|file| file.refuse_to_replace(&args.model));
     let named = || args.model.display().to_string();
     let progress = Progress::new();
     let Given {
