@@ -44,7 +44,7 @@ pub struct AlignParams {
 pub const FITS_WITHIN_REL: f64 = 0.01;
 
 /// Masks are no better than that, pixels.
-pub const FITS_WITHIN_PX: f64 = 2.0;
+pub const FITS_WITHIN_PX: f64 = 1.0;
 
 impl Default for AlignParams {
     fn default() -> Self {

@@ -38,11 +38,16 @@ pub enum CameraError {
     /// Eye and target coincide, so there is no direction to look in.
     #[error("the eye and the target are the same point: there is no direction to look in")]
     NoDirection,
+    /// So far from the target that the numbers overflow.
+    #[error(
+        "the eye is too far from what it looks at: the square of that distance is no number any more"
+    )]
+    TooFar,
     /// A number is NaN or infinite.
     #[error("a camera number is not finite")]
     NotFinite,
     /// The up vector is parallel to the viewing direction.
-    #[error("the up vector is parallel to the viewing direction")]
+    #[error("the up vector is zero or parallel to the viewing direction")]
     UpAlongView,
     /// The field of view is not in (0°, 180°).
     #[error("the field of view must lie between 0 and 180 degrees, not {}", in_short(*.degrees))]
@@ -78,6 +83,15 @@ pub fn in_short(value: f64) -> String {
         return format!("{:.0}", (value / unit).round() * unit);
     }
     format!("{value:.3e}")
+}
+
+/// A vector's direction, however long it is.
+fn direction_of(vector: DVec3) -> Option<DVec3> {
+    vector.try_normalize().or_else(|| {
+        // The square of its length is no number, or nothing.
+        let largest = vector.abs().max_element();
+        (largest > 0.0).then(|| (vector / largest).normalize_or_zero())
+    })
 }
 
 /// Largest image side in pixels that a camera may have.
@@ -182,11 +196,12 @@ impl Camera {
                 height: height_px,
             });
         }
-        let forward = (target - eye)
-            .try_normalize()
-            .ok_or(CameraError::NoDirection)?;
+        if !(target - eye).length_squared().is_finite() {
+            return Err(CameraError::TooFar);
+        }
+        let forward = direction_of(target - eye).ok_or(CameraError::NoDirection)?;
         let hint = match up_hint {
-            Some(up) => up.try_normalize().ok_or(CameraError::UpAlongView)?,
+            Some(up) => direction_of(up).ok_or(CameraError::UpAlongView)?,
             None => default_up(forward),
         };
         // A sine below this leaves no digits in the frame.

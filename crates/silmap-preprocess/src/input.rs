@@ -12,7 +12,7 @@ use std::path::Path;
 pub const MOST_BYTES: u64 = 4 << 30;
 
 /// What is read at once.
-const PIECE_BYTES: u64 = 1 << 20;
+const PIECE_BYTES: usize = 1 << 20;
 
 /// Up to here nobody asks how much memory there is.
 const SMALL_BYTES: u64 = 64 << 20;
@@ -48,7 +48,8 @@ fn read_within(
     most: u64,
     memory: impl Fn() -> Option<u64>,
 ) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
+    let mut bytes: Vec<u8> = Vec::new();
+    let mut piece = vec![0; PIECE_BYTES];
     let mut of_memory = None;
     loop {
         let have = bytes.len() as u64;
@@ -70,9 +71,25 @@ fn read_within(
                 return Err(io::Error::new(io::ErrorKind::OutOfMemory, sentence));
             }
         }
-        if input.by_ref().take(PIECE_BYTES).read_to_end(&mut bytes)? == 0 {
-            return Ok(bytes);
+        let found = match input.read(&mut piece) {
+            Ok(0) => return Ok(bytes),
+            Ok(found) => found,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        if bytes.capacity() - bytes.len() < found {
+            // Twice as much each time, but no more than may come. What the system does not give is no reason to end all.
+            let wanted = (2 * have).max(expected).min(most) + PIECE_BYTES as u64;
+            let more = usize::try_from(wanted - have).unwrap_or(usize::MAX);
+            bytes.try_reserve_exact(more).map_err(|_| {
+                let sentence = format!(
+                    "there is no memory for more than {} bytes of it",
+                    shown(have)
+                );
+                io::Error::new(io::ErrorKind::OutOfMemory, sentence)
+            })?;
         }
+        bytes.extend_from_slice(&piece[..found]);
     }
 }
 

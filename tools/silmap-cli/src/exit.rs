@@ -129,6 +129,8 @@ fn class_of_gpu(error: &GpuError) -> ExitClass {
         GpuError::DeviceLost { .. } | GpuError::OutOfMemory { .. } | GpuError::Timeout { .. } => {
             ExitClass::Resources
         }
+        // More pixels than go through the adapter's largest buffer.
+        GpuError::NotReadable { .. } => ExitClass::BadInput,
         // The device refused what this program should not have asked for.
         _ => ExitClass::Fault,
     }
@@ -155,8 +157,11 @@ fn is_of_resources(error: &io::Error) -> bool {
     }
 }
 
-/// What the first panic said, and where: its message belongs in the sentence at the end, not before it.
-static FIRST_PANIC: Mutex<Option<String>> = Mutex::new(None);
+/// What panics said, and where: this belongs in the sentence at the end, not before it. Some are caught on the way and mean nothing.
+static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// As many are kept; of a panic in every thread the first ones tell enough.
+const MOST_PANICS: usize = 64;
 
 /// Makes panics say nothing by themselves.
 pub(crate) fn keep_panics_quiet() {
@@ -165,8 +170,10 @@ pub(crate) fn keep_panics_quiet() {
             format!(" ({}:{})", name_of_source(at.file()), at.line())
         });
         let message = message_of(info.payload());
-        let mut first = FIRST_PANIC.lock().unwrap_or_else(PoisonError::into_inner);
-        first.get_or_insert_with(|| format!("{message}{place}"));
+        let mut panics = PANICS.lock().unwrap_or_else(PoisonError::into_inner);
+        if panics.len() < MOST_PANICS {
+            panics.push(format!("{message}{place}"));
+        }
     }));
 }
 
@@ -198,8 +205,10 @@ pub(crate) fn run(command: impl FnOnce() -> anyhow::Result<()>) -> ExitCode {
 
 /// One sentence that asks to report a panic, with all that a report needs.
 fn fault_sentence(payload: &(dyn Any + Send)) -> String {
-    let first = FIRST_PANIC.lock().unwrap_or_else(PoisonError::into_inner);
-    let what = first.clone().unwrap_or_else(|| message_of(payload));
+    let message = message_of(payload);
+    let panics = PANICS.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut with_place = panics.iter().filter(|told| told.starts_with(&message));
+    let what = with_place.next().unwrap_or(&message);
     let command = std::env::args_os()
         .map(|word| word.to_string_lossy().into_owned())
         .collect::<Vec<_>>()

@@ -49,6 +49,22 @@ impl OutputFile {
         Ok(file)
     }
 
+    /// As [`OutputFile::check`], for a picture, which is written as PNG: a name that promises another kind is refused.
+    ///
+    /// # Errors
+    /// As [`OutputFile::check`], and when the name has the ending of another kind of file.
+    pub(crate) fn check_png(path: &Path) -> anyhow::Result<Self> {
+        let file = Self::check(path)?;
+        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match ending.as_deref() {
+            Some(ending) if ending != "png" && file.kind == Target::Regular => bail!(
+                "{}: pictures are written as PNG, and a name that ends in .{ending} promises something else",
+                path.display()
+            ),
+            _ => Ok(file),
+        }
+    }
+
     /// Puts the bytes there, whole.
     ///
     /// # Errors
@@ -59,7 +75,8 @@ impl OutputFile {
         staging.publish()
     }
 
-    /// Ends the program, as for options that are wrong together, when this is one of the files that are read: it would be gone.
+    /// Ends the program, as for options that are wrong together, when this is a file that is read, whose kind of content would be gone. A
+    /// mesh that becomes a simpler mesh in its place is another matter.
     pub(crate) fn refuse_to_replace(&self, input: &Path) {
         if fs::canonicalize(input).is_ok_and(|input| input == self.path)
             && self.kind == Target::Regular

@@ -58,6 +58,12 @@ fn a_simplified_model_keeps_the_silhouettes_that_are_asked_for() {
     let inside = ["--eye", "0,0,0.1"];
     let ended = run(&[&["simplify", path(&model)][..], &inside, &to].concat());
     check_one_sentence(&ended, "viewpoint 0,0,0.1");
+    for band in ["0", "91", "nan"] {
+        let call = ["simplify", path(&model), "--eye", "0,0,5", "--band", band];
+        let ended = run(&[&call[..], &to].concat());
+        assert_eq!(ended.code, 2, "{band}: {}", ended.err);
+        assert!(ended.err.contains("degrees"), "{}", ended.err);
+    }
 }
 
 #[test]
@@ -127,9 +133,97 @@ fn a_pose_is_found_again_from_a_picture_of_the_outline() {
     let again = run_json(&[&["align", path(&model)][..], &again].concat());
     assert!(again["turned_degrees"].as_f64().unwrap() < 0.2, "{again}");
 
-    fs::write(&start, "{\"eye\": [1, 2]}").unwrap();
-    let ended = run(&[&["align", path(&model)][..], &from].concat());
-    check_one_sentence(&ended, path(&start));
+    // The same mask as other tools write it.
+    let plain = image::open(&mask).unwrap().into_luma8();
+    let (width, height) = plain.dimensions();
+    let inside = |x: u32, y: u32| plain.get_pixel(x, y).0[0] > 127;
+    let variant = folder.join("variant.png");
+    let zero_and_one =
+        image::GrayImage::from_fn(width, height, |x, y| image::Luma([u8::from(inside(x, y))]));
+    let inverted = image::GrayImage::from_fn(width, height, |x, y| {
+        image::Luma([if inside(x, y) { 0 } else { 255 }])
+    });
+    let cut_out = image::RgbaImage::from_fn(width, height, |x, y| {
+        image::Rgba(if inside(x, y) {
+            [9, 9, 9, 255]
+        } else {
+            [255, 255, 255, 0]
+        })
+    });
+    for (picture, is_warned) in [
+        (image::DynamicImage::from(zero_and_one), false),
+        (inverted.into(), true),
+        (cut_out.into(), false),
+    ] {
+        picture.save(&variant).unwrap();
+        let of_variant = ["--mask", path(&variant), "--start", path(&start), "--json"];
+        let ended = run(&[&["align", path(&model)][..], &of_variant].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        assert_eq!(ended.err.contains("warning"), is_warned, "{}", ended.err);
+        let found: Value = serde_json::from_str(&ended.out).unwrap();
+        assert_eq!(found["camera"], aligned["camera"]);
+        assert_eq!(found["converged"], true);
+    }
+    // Another outline, which this model never has.
+    let comb = image::GrayImage::from_fn(width, height, |x, y| {
+        let is_tooth = (60..340).contains(&x) && (100..300).contains(&y) && (x / 30) % 2 == 0;
+        image::Luma([
+            if is_tooth || (60..340).contains(&x) && (280..300).contains(&y) {
+                255
+            } else {
+                0
+            },
+        ])
+    });
+    comb.save(&variant).unwrap();
+    let never = folder.join("never.json");
+    let of_comb = [
+        "--mask",
+        path(&variant),
+        "--start",
+        path(&start),
+        "-o",
+        path(&never),
+        "--json",
+    ];
+    let ended = run(&[&["align", path(&model)][..], &of_comb].concat());
+    check_one_sentence(&ended, path(&variant));
+    let told: Value = serde_json::from_str(&ended.out).unwrap();
+    assert_eq!(told["converged"], false, "{told}");
+    let (apart, bound) = (&told["distance_px"], &told["fits_within_px"]);
+    assert!(apart.as_f64().unwrap() > bound.as_f64().unwrap(), "{told}");
+    assert!(!never.exists());
+    let ended = run(&[
+        &["align", path(&model)][..],
+        &of_comb,
+        &["--within", "1000"],
+    ]
+    .concat());
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    assert!(never.exists());
+
+    for (pose, word) in [
+        ("{\"eye\": [1, 2]}", "camera"),
+        ("{\"eye\": [NaN, 0, 3]}", "JSON"),
+        ("{\"eye\": [1e400, 0, 3]}", "JSON"),
+        ("{\"eye\": [null, 0, 3]}", "camera"),
+        ("{\"eye\": [0, 0, 9], \"fov_y_degrees\": 1e9}", "degrees"),
+        ("{\"eye\": [0, 0, 9], \"target\": [0, 0, 9]}", "same point"),
+        (
+            "{\"eye\": [0, 0, 9], \"target\": [0, 0, 0], \"up\": [0, 0, 1]}",
+            "parallel",
+        ),
+        ("", "JSON"),
+    ] {
+        fs::write(&start, pose).unwrap();
+        let ended = run(&[&["align", path(&model)][..], &from].concat());
+        check_one_sentence(&ended, path(&start));
+        assert!(ended.err.contains(word), "{pose}: {}", ended.err);
+    }
+    let as_mask = ["--mask", path(&model), "--start", path(&start)];
+    let ended = run(&[&["align", path(&model)][..], &as_mask].concat());
+    check_one_sentence(&ended, path(&model));
+    assert!(ended.err.contains("mesh"), "{}", ended.err);
     fs::write(&mask, "no picture").unwrap();
     let ended = run(&[&["align", path(&model)][..], &from].concat());
     check_one_sentence(&ended, path(&mask));

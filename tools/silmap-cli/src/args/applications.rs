@@ -66,7 +66,7 @@ pub(crate) struct AlignArgs {
     /// The camera to start from
     #[arg(long, value_name = "POSE")]
     pub(crate) start: PathBuf,
-    /// How far apart the outlines may be on average, pixels [default: 1 % of the outline's extent in the mask, and at least 2]
+    /// How far apart the outlines may be on average, pixels [default: 1 % of the outline's extent in the mask, and at least 1]
     #[arg(long, value_name = "PX", value_parser = parse_positive)]
     pub(crate) within: Option<f64>,
     /// Write the refined pose here: it can be started from again

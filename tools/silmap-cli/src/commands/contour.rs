@@ -43,6 +43,9 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
         bail!("a picture is not for the terminal: add -o IMG.png");
     }
     let file = args.out.as_deref().map(OutputFile::check).transpose()?;
+    if let Some(file) = &file {
+        file.refuse_to_replace(&args.asset);
+    }
     let (asset, _) = read_asset(&args.asset)?;
     let map = &asset.map;
     let origin = asset.placement.in_scene;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, ensure};
@@ -115,16 +115,25 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     };
     let mesh = EdgeMesh::from(&model.mesh);
     let method = Method::from(args.method);
-    let since = Instant::now();
-    let (mut extractor, forest) = match saved {
-        None => (Extractor::new(&mesh, method), None),
-        Some(saved) => {
-            let (forest, told) = saved.forest_of(&mesh, &mut staging)?;
-            (Extractor::with_forest(&mesh, &forest), Some(told))
+    let repeat = args.repeat;
+    // Building what is searched may take seconds in which nothing looks at the flag.
+    let extracted =
+        interrupt::unless_stopped(move || extract(&mesh, method, saved, &viewpoints, repeat))??;
+    let Extracted {
+        measured,
+        data_bytes,
+        build_seconds,
+        forest,
+    } = extracted;
+    let forest = match forest {
+        Some((told, new)) => {
+            if let Some((file, bytes)) = new {
+                staging.add(&file, &bytes)?;
+            }
+            Some(told)
         }
+        None => None,
     };
-    let build_seconds = since.elapsed().as_secs_f64();
-    let measured = measure(&mut extractor, &viewpoints, args.repeat);
     let mut edges = measured.edges;
     edges.sort_unstable();
 
@@ -150,7 +159,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         silhouette_edges: edges.len(),
         tested_edges: measured.last.tested_edges,
         visited_nodes: measured.last.visited_nodes,
-        data_bytes: extractor.data_bytes(),
+        data_bytes,
         build_seconds,
         forest,
         seconds_median: measured.seconds_median,
@@ -179,18 +188,56 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// What was found, and how long that took.
+struct Extracted {
+    measured: Measured,
+    data_bytes: usize,
+    build_seconds: f64,
+    /// Of `--forest`, with its bytes where it is new.
+    forest: Option<(ForestJson, Option<(OutputFile, Vec<u8>)>)>,
+}
+
+/// Builds what is searched and extracts from every viewpoint.
+fn extract(
+    mesh: &EdgeMesh,
+    method: Method,
+    saved: Option<SavedForest>,
+    viewpoints: &[Viewpoint],
+    repeat: u32,
+) -> anyhow::Result<Extracted> {
+    let since = Instant::now();
+    let (mut extractor, forest) = match saved {
+        None => (Extractor::new(mesh, method), None),
+        Some(saved) => {
+            let (forest, told, new) = saved.forest_of(mesh)?;
+            (Extractor::with_forest(mesh, &forest), Some((told, new)))
+        }
+    };
+    let build_seconds = since.elapsed().as_secs_f64();
+    let measured = measure(&mut extractor, viewpoints, repeat)?;
+    Ok(Extracted {
+        data_bytes: extractor.data_bytes(),
+        measured,
+        build_seconds,
+        forest,
+    })
+}
+
 /// The file of `--forest` before long work.
-enum SavedForest<'a> {
-    Present(&'a Path, Vec<u8>),
+enum SavedForest {
+    Present(PathBuf, Vec<u8>),
     Missing(OutputFile),
 }
 
-impl<'a> SavedForest<'a> {
+/// A forest, what is told of it, and where its bytes go when it is new.
+type ToldForest = (ConeForest, ForestJson, Option<(OutputFile, Vec<u8>)>);
+
+impl SavedForest {
     /// Reads the file, or makes sure that it can be written.
-    fn look(path: &'a Path) -> anyhow::Result<Self> {
+    fn look(path: &Path) -> anyhow::Result<Self> {
         let owned = path.to_owned();
         match interrupt::unless_stopped(move || input::read(&owned))? {
-            Ok(bytes) => Ok(Self::Present(path, bytes)),
+            Ok(bytes) => Ok(Self::Present(path.to_owned(), bytes)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
                 OutputFile::check(path).map(Self::Missing)
             }
@@ -198,11 +245,7 @@ impl<'a> SavedForest<'a> {
         }
     }
 
-    fn forest_of(
-        self,
-        mesh: &EdgeMesh,
-        staging: &mut Staging,
-    ) -> anyhow::Result<(ConeForest, ForestJson)> {
+    fn forest_of(self, mesh: &EdgeMesh) -> anyhow::Result<ToldForest> {
         let since = Instant::now();
         let seconds = || since.elapsed().as_secs_f64();
         match self {
@@ -214,19 +257,18 @@ impl<'a> SavedForest<'a> {
                     seconds: seconds(),
                     bytes: bytes.len(),
                 };
-                Ok((forest, told))
+                Ok((forest, told, None))
             }
             Self::Missing(file) => {
                 let forest = ConeForest::new(mesh);
                 let seconds = seconds();
                 let bytes = forest.to_bytes(mesh);
-                staging.add(&file, &bytes)?;
                 let told = ForestJson {
                     was_read: false,
                     seconds,
                     bytes: bytes.len(),
                 };
-                Ok((forest, told))
+                Ok((forest, told, Some((file, bytes))))
             }
         }
     }
@@ -264,7 +306,11 @@ struct Measured {
     seconds_median: f64,
 }
 
-fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32) -> Measured {
+fn measure(
+    extractor: &mut Extractor<'_>,
+    viewpoints: &[Viewpoint],
+    repeat: u32,
+) -> anyhow::Result<Measured> {
     let mut edges = Vec::new();
     let mut last = Work::default();
     let mut times = Vec::with_capacity(viewpoints.len() * repeat as usize);
@@ -272,6 +318,7 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
     for round in 0..repeat {
         extractor.forget();
         for viewpoint in viewpoints {
+            interrupt::check()?;
             let since = Instant::now();
             last = extractor.extract(viewpoint, &mut edges);
             times.push(since.elapsed().as_secs_f64());
@@ -284,7 +331,7 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
     }
     times.sort_by(f64::total_cmp);
     let mean = |sum: usize| sum as f64 / viewpoints.len() as f64;
-    Measured {
+    Ok(Measured {
         edges,
         last,
         walk: WalkJson {
@@ -294,7 +341,7 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
             visited_nodes_mean: mean(visited),
         },
         seconds_median: times[times.len() / 2],
-    }
+    })
 }
 
 /// The camera of a drawing: the model's bounding sphere fits. Parallel projection is drawn from very far away.

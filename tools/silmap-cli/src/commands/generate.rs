@@ -7,6 +7,7 @@ use silmap_geometry::TriangleMesh;
 use silmap_preprocess::{mesh_io, models};
 
 use crate::args::{GenerateArgs, ModelKind};
+use crate::interrupt;
 use crate::output::{self, OutputFile};
 
 #[derive(Serialize)]
@@ -19,7 +20,9 @@ struct Generated<'a> {
 pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<()> {
     mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
-    let mesh = generate(args.kind, args.faces as usize);
+    let (kind, faces) = (args.kind, args.faces as usize);
+    // Millions of faces take long, and nothing on the way looks whether to stop.
+    let mesh = interrupt::unless_stopped(move || generate(kind, faces))?;
     file.write(&mesh_io::encode(&args.out, &mesh)?)?;
     if args.output.json {
         return output::print_json(&Generated {

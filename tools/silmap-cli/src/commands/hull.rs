@@ -46,10 +46,14 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
     let of_option = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::check).transpose();
-    let (sequence_file, strip_file) = (of_option(&args.sequence)?, of_option(&args.strip)?);
+    let sequence_file = of_option(&args.sequence)?;
+    let strip_file = args
+        .strip
+        .as_deref()
+        .map(OutputFile::check_png)
+        .transpose()?;
     let written = [Some(&file), sequence_file.as_ref(), strip_file.as_ref()];
     output::refuse_same_file(written.into_iter().flatten());
-    (written.into_iter().flatten()).for_each(|file| file.refuse_to_replace(&args.model));
     let named = || args.model.display().to_string();
     let progress = Progress::new();
     let Given {

@@ -8,10 +8,11 @@ use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::silhouette_edges;
 use silmap_geometry::{Camera, TriangleMesh};
+use silmap_gpu::{Gpu, GpuError};
 use silmap_map::{Asset, Method};
 use silmap_preprocess::mesh_io::{self, LoadedTriangles};
 use silmap_runtime::{
-    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, Renderer,
+    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, RenderError, Renderer,
     RendererOptions,
 };
 
@@ -73,7 +74,7 @@ fn check_usage(args: &RenderArgs) {
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_usage(args);
-    let file = OutputFile::check(&args.out)?;
+    let file = OutputFile::check_png(&args.out)?;
     for input in [&args.asset, &args.model].into_iter().flatten() {
         file.refuse_to_replace(input);
     }
@@ -130,6 +131,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(shape) => renderer.render_shape(&gpu, &params, &shape.clip_shape()),
         None => renderer.render(&gpu, &params),
     }
+    .map_err(|error| name_limit(error, &gpu))
     .with_context(named)?;
     file.write(&encode_png(&picture)?)?;
     if args.output.json {
@@ -147,6 +149,17 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         gpu.adapter_name()
     ));
     Ok(())
+}
+
+/// The error, with the limit that an image is over where it cannot be read back.
+fn name_limit(error: RenderError, gpu: &Gpu) -> anyhow::Error {
+    let RenderError::Gpu(GpuError::NotReadable { width, height, .. }) = error else {
+        return error.into();
+    };
+    let limit = gpu.device.limits().max_buffer_size;
+    anyhow::anyhow!(
+        "a picture of {width} × {height} pixels has more than the {limit} bytes that this graphics adapter hands over at once: a smaller --size is needed"
+    )
 }
 
 /// The model that the mode needs, and the origin of its coordinates: closed, or with `--soup` as it is.

@@ -48,7 +48,6 @@ struct ErrorJson {
 pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     mesh_io::check_output(&args.out)?;
     let file = OutputFile::check(&args.out)?;
-    file.refuse_to_replace(&args.model);
     let mut eyes = args.eye.clone();
     if let Some(path) = &args.eyes {
         eyes.extend(read_eyes(path)?);
