@@ -53,6 +53,7 @@ fn methods_agree_on_real_models() {
         let options = LoadOptions {
             close_holes: is_mended,
             repair: is_mended,
+            weld: None,
         };
         let model = load(&folder.join(name), &options).expect(name).mesh;
         let mesh = EdgeMesh::from(&model);
