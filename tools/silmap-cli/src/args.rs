@@ -24,7 +24,7 @@ pub(crate) use looking::{
 pub(crate) use manifest::{ManifestArgs, Shard};
 pub(crate) use meshes::{BenchArgs, EdgesArgs, ExtractionArg, GenerateArgs, HullArgs, ModelKind};
 
-use crate::values::{Size, parse_point, parse_size};
+use crate::values::{Size, parse_point, parse_positive, parse_size};
 
 /// A coarse textured hull that wears the outline of the full mesh.
 #[derive(Debug, Parser)]

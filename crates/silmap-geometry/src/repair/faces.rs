@@ -41,7 +41,7 @@ pub(super) fn remove_repeated_corners(mesh: &mut TriangleMesh, face_of: &mut Vec
 
 /// Of faces on the same three vertices, keeps one where the surface needs it, and none where it does not: two bodies that
 /// share a wall lose the wall, a face given twice stays once. Faces that run around their vertices the same way are one
-/// face; for those that then face each other, needed means that without both of them, more of their edges would be left
+/// face; of it, and of a pair that face each other, needed means that without, more of their edges would be left
 /// with an odd number of faces than with an even one. A closed surface of nothing but such pairs is a body given twice, once
 /// inside out, and stays once.
 pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>) -> usize {
@@ -49,37 +49,39 @@ pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>)
     let mut uses: Vec<usize> = (0..topology.edges().len())
         .map(|e| topology.edge_uses(e).len())
         .collect();
-    let mut by_corners = by_corners(&mesh.faces);
-    let mut keeps = vec![true; mesh.faces.len()];
-    for (face, _) in find_copies(&mesh.faces)
-        .iter()
-        .enumerate()
-        .filter(|(_, is_copy)| **is_copy)
-    {
-        keeps[face] = false;
-        for e in topology.face_edges(face) {
+    let by_corners = by_corners(&mesh.faces);
+    let mut keeps: Vec<bool> = find_copies(&mesh.faces).iter().map(|copy| !copy).collect();
+    let removed = |keeps: &[bool], face: u32| !keeps[face as usize];
+    for &(.., face) in by_corners.iter().filter(|f| removed(&keeps, f.2)) {
+        for e in topology.face_edges(face as usize) {
             uses[e as usize] -= 1;
         }
     }
-    by_corners.retain(|&(.., face)| keeps[face as usize]);
-    let is_paired = pairs_of_bodies(mesh, &topology, &by_corners);
-    for pair in by_corners.chunk_by(|a, b| a.0 == b.0) {
-        let &[(.., first), (.., second)] = pair else {
-            continue;
+    let is_body = pairs_of_bodies(mesh, &topology, &by_corners, &keeps);
+    for group in by_corners
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter(|group| group.len() > 1)
+    {
+        let left: Vec<u32> = group
+            .iter()
+            .map(|f| f.2)
+            .filter(|&f| keeps[f as usize])
+            .collect();
+        let edges = topology.face_edges(left[0] as usize);
+        let odd_without = edges
+            .iter()
+            .filter(|&&e| (uses[e as usize] - left.len()) % 2 == 1)
+            .count();
+        let kept = match left[..] {
+            [first, _] if is_body[first as usize] => Some(first),
+            _ if odd_without < 2 => None,
+            [first, second] => Some(best_oriented(mesh, &topology, [first, second])),
+            _ => Some(left[0]),
         };
-        let edges = topology.face_edges(first as usize);
-        let odd_without = edges.iter().filter(|&&e| uses[e as usize] % 2 == 1).count();
-        let kept = if is_paired[first as usize] {
-            Some(first)
-        } else {
-            (odd_without >= 2).then(|| best_oriented(mesh, &topology, [first, second]))
-        };
-        for face in [first, second] {
-            if Some(face) != kept {
-                keeps[face as usize] = false;
-                for e in edges {
-                    uses[e as usize] -= 1;
-                }
+        for &face in left.iter().filter(|&&f| Some(f) != kept) {
+            keeps[face as usize] = false;
+            for e in edges {
+                uses[e as usize] -= 1;
             }
         }
     }
@@ -124,10 +126,13 @@ fn pairs_of_bodies(
     mesh: &TriangleMesh,
     topology: &Topology,
     by_corners: &[([u32; 3], bool, u32)],
+    keeps: &[bool],
 ) -> Vec<bool> {
     let mut is_in_pair = vec![false; mesh.faces.len()];
-    for pair in by_corners.chunk_by(|a, b| a.0 == b.0) {
-        for &(.., face) in pair {
+    let kept: Vec<&([u32; 3], bool, u32)> =
+        by_corners.iter().filter(|f| keeps[f.2 as usize]).collect();
+    for pair in kept.chunk_by(|a, b| a.0 == b.0) {
+        for &&(.., face) in pair {
             is_in_pair[face as usize] = pair.len() == 2;
         }
     }
@@ -154,9 +159,9 @@ fn pairs_of_bodies(
             is_body[bodies.find(first) as usize] &= paired_at(edge).count() % 4 == 0;
         }
     }
-    let singles: Vec<u32> = by_corners
+    let singles: Vec<u32> = kept
         .iter()
-        .map(|&(.., face)| face)
+        .map(|&&(.., face)| face)
         .filter(|&f| !is_in_pair[f as usize])
         .collect();
     for face in 0..mesh.faces.len() {

@@ -279,7 +279,13 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
                     at += 1;
                 }
             }
-            "endfacet" | "endsolid" | "solid" => {}
+            "endfacet" => {}
+            // A name follows where everything stands on one line.
+            "endsolid" | "solid" => {
+                while at < words.len() && !next_is(at, "facet") && !next_is(at, "solid") {
+                    at += 1;
+                }
+            }
             "outer" | "outerloop" => {
                 corners.clear();
                 is_in_loop = true;
