@@ -23,7 +23,8 @@ NPM = [
 ]
 PYTHON = ["numpy==2.4.6", "pillow==13.0.0", "trimesh==5.2.0"]
 OPEN3D = ["open3d-cpu==0.20.0"]
-BLENDER = ["bpy==5.2.3"]
+# Each of them wants a Python of its own.
+BLENDER = [["bpy==5.2.3"], ["bpy==5.0.1"], ["bpy==4.5.15"]]
 
 # Compressed positions are off by a part in some thousands.
 EXACT, ROUGH = 1e-6, 5e-3
@@ -255,7 +256,8 @@ def with_blender(silmap, folder, out):
     red.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (1, 0, 0, 1)
     bpy.ops.mesh.primitive_cube_add(size=1)
     bpy.context.object.data.materials.append(red)
-    bpy.ops.mesh.primitive_cube_add(size=1, location=(4, 0, 0), rotation=(0.3, 0.4, 0.5), scale=(1, -2, 3))
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(4, 0, 0), rotation=(0.3, 0.4, 0.5))
+    bpy.context.object.scale = (1, -2, 3)
     for name, more in {
         "blender-box.glb": {"export_format": "GLB"},
         "blender-box.gltf": {"export_format": "GLTF_SEPARATE"},
@@ -331,8 +333,8 @@ def enter(silmap, folder, with_blender):
     if not install(PYTHON):
         return 0
     has = "o" if install(OPEN3D) else ""
-    if with_blender and install(BLENDER):
-        has += "b"
+    if with_blender:
+        has += next(("b" for packages in BLENDER if install(packages)), "")
     again = [environment / "bin/python", Path(__file__), silmap, "--keep", folder, f"--inside={has}"]
     return subprocess.run([str(a) for a in again]).returncode
 
