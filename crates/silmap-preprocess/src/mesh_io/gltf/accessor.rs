@@ -205,7 +205,7 @@ impl<'a> Accessor<'a> {
     }
 
     /// Refuses components that cannot number vertices.
-    pub(super) fn as_indices(self, index: Whole) -> Result<Self, MeshFault> {
+    pub(super) fn into_indices(self, index: Whole) -> Result<Self, MeshFault> {
         if self.component.is_index() {
             return Ok(self);
         }

@@ -42,14 +42,14 @@ impl AlphaMaps {
         alphas: [f64; 3],
         least: f64,
     ) -> Shows {
+        if least <= 0.0 {
+            return Shows::Whole;
+        }
         let most = alphas.into_iter().fold(0.0, f64::max);
         // As bytes, and forgiving of rounding: a texel that is just as opaque as asked for shows.
         let byte = (255.0 * least / most - 1e-6).ceil();
-        if !(byte <= 255.0) {
+        if most <= 0.0 || byte > 255.0 {
             return Shows::Nothing;
-        }
-        if byte <= 0.0 {
-            return Shows::Whole;
         }
         let key = (material, byte as u8);
         if !self.maps.contains_key(&key) && self.maps.len() >= MOST_MAPS {
@@ -108,7 +108,7 @@ impl AlphaMap {
         }
         let scale = [self.width as f64, self.height as f64];
         let points = uvs.map(|uv| [0, 1].map(|a| f64::from(uv[a]) * scale[a]));
-        let far = |p: &[f64; 2]| p.iter().any(|x| !(x.abs() < FARTHEST_TEXEL));
+        let far = |p: &[f64; 2]| p.iter().any(|x| x.abs() > FARTHEST_TEXEL);
         let low = points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
         let high = points.iter().map(|p| p[1]).fold(-f64::INFINITY, f64::max);
         if points.iter().any(far) || high - low > 8.0 * scale[1] + 16.0 {

@@ -53,7 +53,7 @@ fn reading(name: &str) -> Reading {
 fn way_out(name: &str) -> &'static str {
     match name {
         "KHR_texture_basisu" => {
-            " (`npx @gltf-transform/cli@4 ktxdecompress IN.glb OUT.glb` turns its textures into PNG)"
+            " (where Khronos' KTX-Software is installed, `npx @gltf-transform/cli@4 ktxdecompress IN.glb OUT.glb` turns its textures into PNG)"
         }
         _ => "",
     }

@@ -258,7 +258,7 @@ impl<'a> Source<'a> {
                 let path = || self.path("indices");
                 let indices =
                     Accessor::new(scene.document, &scene.buffers, index, Use::INDEX, path)?
-                        .as_indices(index)?;
+                        .into_indices(index)?;
                 (0..indices.count)
                     .map(|i| indices.get::<1>(i)[0] as u32)
                     .collect()

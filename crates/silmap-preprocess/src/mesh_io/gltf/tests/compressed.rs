@@ -195,12 +195,7 @@ fn compressed_views_that_cannot_be_are_refused_before_they_are_decoded() {
             "a stride of 260 bytes cannot be",
         ),
         (0, "count", json!(4_000_000_000_u64), "do not come from"),
-        (
-            0,
-            "count",
-            json!(7),
-            "it holds 84 bytes, and 96 are announced",
-        ),
+        (0, "count", json!(7), "its encoded bytes are damaged"),
         (0, "mode", json!("POINTS"), "mode POINTS is not known"),
         (0, "filter", json!("SEPIA"), "filter SEPIA is not known"),
         (
@@ -242,6 +237,16 @@ fn compressed_views_that_cannot_be_are_refused_before_they_are_decoded() {
     }
 }
 
+#[test]
+fn a_view_may_not_announce_more_than_it_decodes_to() {
+    let mut builder = plain();
+    builder.json["bufferViews"][0]["byteLength"] = json!(97);
+    assert_eq!(
+        builder.refusal(),
+        "buffer view 0 cannot be decoded: it holds 96 bytes, and 97 are announced"
+    );
+}
+
 /// A cube compressed by Draco, with red corners.
 pub(super) fn draco() -> Builder {
     let mut mesh = Mesh::new();
@@ -264,6 +269,8 @@ pub(super) fn draco() -> Builder {
         &[[255, 0, 0, 255]; 8].concat(),
     );
     let indices: Vec<u32> = cube_indices().into_iter().map(u32::from).collect();
+    mesh.set_num_points(8);
+    mesh.set_num_faces(12);
     mesh.set_faces_from_flat_indices(&indices);
     let mut encoder = MeshEncoder::new();
     encoder.set_mesh(mesh);
