@@ -10,6 +10,8 @@ mod files;
 mod interrupt;
 mod machine;
 mod measure;
+mod names;
+mod numbers;
 mod output;
 mod pictures;
 mod progress;

@@ -17,6 +17,7 @@ mod surface;
 mod tighten;
 mod verify;
 
+use serde::{Deserialize, Serialize};
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 use thiserror::Error;
 
@@ -32,7 +33,8 @@ pub use tighten::Tightening;
 pub use verify::{VerifyParams, VerifyReport, verify};
 
 /// What hull to make.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct HullParams {
     /// Faces to stop at.
     pub target_faces: u32,

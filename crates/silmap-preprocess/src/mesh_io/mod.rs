@@ -21,6 +21,7 @@ mod write;
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
 use silmap_geometry::defects::counted;
 use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, holes, repair};
 
@@ -31,7 +32,8 @@ pub use self::write::{check_output, encode, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct LoadOptions {
     /// Fill holes.
     pub close_holes: bool,

@@ -19,8 +19,9 @@ use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
 use crate::exact_shape::{ExactShape, FansJson};
 use crate::files::{load_model, load_model_of, read_asset};
+use crate::names::PictureKind;
 use crate::output::{self, OutputFile};
-use crate::pictures::encode_png;
+use crate::pictures::encode_picture;
 use crate::values::Backdrop;
 
 #[derive(Serialize)]
@@ -71,6 +72,12 @@ fn check_usage(args: &RenderArgs) {
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_usage(args);
+    let kind = PictureKind::of(&args.out)?;
+    anyhow::ensure!(
+        kind != PictureKind::Jpeg || args.background != Backdrop::Transparent,
+        "{}: a JPEG file has no transparency: write a .png or .webp file, or choose a colour as --background",
+        args.out.display()
+    );
     let file = OutputFile::check(&args.out)?;
     let asset = args.asset.as_deref().map(read_asset).transpose()?;
     let asset = asset.map(|(asset, _)| asset);
@@ -121,7 +128,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         None => renderer.render(&gpu, &params),
     }
     .with_context(named)?;
-    file.write(&encode_png(&picture)?)?;
+    file.write(&encode_picture(&picture, kind)?)?;
     if args.output.json {
         return output::print_json(&Rendered {
             out: &args.out,
