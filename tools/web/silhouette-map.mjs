@@ -60,17 +60,25 @@ export class SilhouetteMapExtension extends Extension {
     return this;
   }
 
-  /** Puts the bytes of all parts into the first buffer. */
+  /** Puts the bytes of parts into the first buffer, but for those that the document has anyway. */
   prewrite(context) {
-    const map = this.document.getRoot().getExtension(NAME);
-    if (!map) return this;
-    let length = 0;
-    const offsets = map.get('parts').map(({ bytes }) => (length += (bytes.length + 3) & ~3) - ((bytes.length + 3) & ~3));
-    const block = new Uint8Array(length);
-    map.get('parts').forEach(({ bytes }, i) => block.set(bytes, offsets[i]));
-    const buffer = this.document.getRoot().listBuffers()[0] ?? this.document.createBuffer();
-    context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), block]);
-    Object.assign(this, { block, offsets });
+    const root = this.document.getRoot();
+    const parts = root.getExtension(NAME)?.get('parts');
+    if (!parts) return this;
+    const isCompressed = root.listExtensionsUsed().some(({ extensionName }) => /compression/.test(extensionName));
+    const same = {
+      image: (part) => root.listTextures().find((texture) => isSame(texture.getImage() ?? [], part.bytes)),
+      accessor: ({ own, accessor, bytes }) =>
+        !isCompressed && root.listAccessors().includes(own) && !own.getSparse() && own.getComponentType() === accessor.componentType
+          && isSame(bytesOf(own.getArray()), bytes) ? own : undefined,
+    };
+    this.same = parts.map((part) => (part.image ? same.image(part) : part.accessor ? same.accessor(part) : undefined));
+    const lengths = parts.map(({ bytes }, i) => (this.same[i] ? 0 : (bytes.length + 3) & ~3));
+    this.offsets = lengths.map((_, i) => lengths.slice(0, i).reduce((sum, length) => sum + length, 0));
+    this.block = new Uint8Array(lengths.reduce((sum, length) => sum + length, 0));
+    parts.forEach(({ bytes }, i) => this.same[i] ?? this.block.set(bytes, this.offsets[i]));
+    const buffer = root.listBuffers()[0] ?? this.document.createBuffer();
+    context.otherBufferViews.set(buffer, [...(context.otherBufferViews.get(buffer) ?? []), this.block]);
     return this;
   }
 
@@ -78,28 +86,19 @@ export class SilhouetteMapExtension extends Extension {
     const map = this.document.getRoot().getExtension(NAME);
     if (!map) return this;
     const { json } = context.jsonDoc;
+    const parts = map.get('parts');
     const whole = json.bufferViews[context.otherBufferViewsIndexMap.get(this.block)];
     const push = (list, thing) => (json[list] ??= []).push(thing) - 1;
     const view = (i) => {
       const byteOffset = whole.byteOffset + this.offsets[i];
-      return push('bufferViews', { buffer: whole.buffer, byteOffset, byteLength: map.get('parts')[i].bytes.length });
+      return push('bufferViews', { buffer: whole.buffer, byteOffset, byteLength: parts[i].bytes.length });
     };
     const write = {
-      view: (part, i) => view(i),
-      // A texture that is still the same picture is not stored twice.
-      image: (part, i) => {
-        const same = [...context.imageIndexMap].find(([texture]) => isSame(texture.getImage() ?? [], part.bytes));
-        return same ? same[1] : push('images', { ...part.image, bufferView: view(i) });
-      },
-      accessor: ({ own, accessor, bytes }, i) => {
-        const index = own.isDisposed() ? undefined : context.accessorIndexMap.get(own);
-        const isPlain = own.getComponentType() === accessor.componentType && !json.accessors[index]?.sparse;
-        if (index !== undefined && isPlain && isSame(bytesOf(own.getArray()), bytes)) return index;
-        return push('accessors', { ...accessor, bufferView: view(i) });
-      },
+      view,
+      image: (i) => context.imageIndexMap.get(this.same[i]) ?? push('images', { ...parts[i].image, bufferView: view(i) }),
+      accessor: (i) => context.accessorIndexMap.get(this.same[i]) ?? push('accessors', { ...parts[i].accessor, bufferView: view(i) }),
     };
-    const made = replaceIndices(map.get('json'), null, (kind, i) => write[kind](map.get('parts')[i], i));
-    json.extensions = { ...json.extensions, [NAME]: made };
+    json.extensions = { ...json.extensions, [NAME]: replaceIndices(map.get('json'), null, (kind, i) => write[kind](i)) };
     return this;
   }
 }
