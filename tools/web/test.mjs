@@ -33,7 +33,7 @@ try {
   const drawn = outline(asset);
 
   // What keeps the hull as it is, and what does not: the map is the asset's all the same.
-  const sameHull = ['--simplify', 'false', '--compress', 'false', '--texture-compress', 'false'];
+  const sameHull = ['simplify', 'weld', 'join', 'compress', 'texture-compress'].flatMap((what) => [`--${what}`, 'false']);
   const transforms = {
     copy: ['copy'], dedup: ['dedup'], prune: ['prune'], weld: ['weld'], quantize: ['quantize'], reorder: ['reorder'],
     center: ['center'], meshopt: ['meshopt'], simplify: ['simplify', '--ratio', '0.5', '--error', '0.1'],

@@ -76,14 +76,24 @@ fn data_are_put_back_and_all_else_stays() {
     let ended = run(&["inspect", path(&file)]);
     check_one_sentence(&ended, path(&file));
     assert!(
-        ended.err.contains("no silhouette map any more: Other 3.1 left it out")
+        ended
+            .err
+            .contains("no silhouette map any more: Other 3.1 left it out")
             && ended.err.contains("silmap attach"),
         "{}",
         ended.err
     );
     let whole = file.with_file_name("whole.glb");
     let original = path(&fixture().asset);
-    let told = run_json(&["attach", path(&file), "--from", original, "-o", path(&whole), "--json"]);
+    let told = run_json(&[
+        "attach",
+        path(&file),
+        "--from",
+        original,
+        "-o",
+        path(&whole),
+        "--json",
+    ]);
     assert_eq!(told["views"], fixture().build["kept"]);
     assert_eq!(told["hull_faces"], fixture().build["hull_faces"]);
     assert_eq!(contour(&whole), contour(&fixture().asset));
@@ -100,7 +110,11 @@ fn data_are_put_back_and_all_else_stays() {
     assert_eq!(fs::read(&file).unwrap(), fs::read(&whole).unwrap());
     let ended = run(&["attach", path(&file), "--from", original]);
     check_one_sentence(&ended, path(&file));
-    assert!(ended.err.contains("nothing is to be put back"), "{}", ended.err);
+    assert!(
+        ended.err.contains("nothing is to be put back"),
+        "{}",
+        ended.err
+    );
 }
 
 #[test]
@@ -109,7 +123,10 @@ fn a_rounded_hull_is_the_same_and_a_changed_one_is_not() {
     let moved = |by: f32| {
         plain(move |document, binary| {
             let (start, count) = positions(document);
-            for (k, chunk) in binary[start..start + 12 * count].chunks_exact_mut(4).enumerate() {
+            for (k, chunk) in binary[start..start + 12 * count]
+                .chunks_exact_mut(4)
+                .enumerate()
+            {
                 let x = f32::from_le_bytes((&*chunk).try_into().unwrap());
                 let x = x + if k % 2 == 0 { by } else { -by };
                 chunk.copy_from_slice(&x.to_le_bytes());
@@ -128,21 +145,35 @@ fn a_rounded_hull_is_the_same_and_a_changed_one_is_not() {
     };
     refusal(&moved(0.2), "from the nearest vertex of the hull");
     let fewer = plain(|document, _| {
-        let indices = document["meshes"][0]["primitives"][0]["indices"].as_u64().unwrap();
+        let indices = document["meshes"][0]["primitives"][0]["indices"]
+            .as_u64()
+            .unwrap();
         let count = &mut document["accessors"][indices as usize]["count"];
         *count = (count.as_u64().unwrap() - 3).into();
     });
     refusal(&fewer, "triangles, the hull has");
     let turned = plain(|document, binary| {
-        let indices = document["meshes"][0]["primitives"][0]["indices"].as_u64().unwrap();
-        let view = document["accessors"][indices as usize]["bufferView"].as_u64().unwrap();
-        let start = document["bufferViews"][view as usize]["byteOffset"].as_u64().unwrap() as usize;
+        let indices = document["meshes"][0]["primitives"][0]["indices"]
+            .as_u64()
+            .unwrap();
+        let view = document["accessors"][indices as usize]["bufferView"]
+            .as_u64()
+            .unwrap();
+        let start = document["bufferViews"][view as usize]["byteOffset"]
+            .as_u64()
+            .unwrap() as usize;
         // 16-bit indices of the first triangle.
         binary.swap(start, start + 2);
         binary.swap(start + 1, start + 3);
     });
-    refusal(&turned, "triangle 0 of mesh \"torus\" is none of the hull's");
-    refusal(&plain(|d, _| d["meshes"] = json!([])), "the file has no triangles");
+    refusal(
+        &turned,
+        "triangle 0 of mesh \"torus\" is none of the hull's",
+    );
+    refusal(
+        &plain(|d, _| d["meshes"] = json!([])),
+        "the file has no triangles",
+    );
 }
 
 #[test]
@@ -155,7 +186,9 @@ fn a_file_that_lost_its_data_names_the_program() {
     let ended = run(&["contour", path(&file), "--eye", "1,2,2.5"]);
     check_one_sentence(&ended, path(&file));
     assert!(
-        ended.err.contains("lost its data: Other 3.1 kept the JSON alone"),
+        ended
+            .err
+            .contains("lost its data: Other 3.1 kept the JSON alone"),
         "{}",
         ended.err
     );
@@ -178,7 +211,15 @@ fn an_asset_is_built_again_by_its_record() {
     let options: Vec<&str> = options.split_whitespace().collect();
     run_json(&[&["build", model, "-o", path(&odd)][..], &options].concat());
     let by = |of: &Path, out: &Path| {
-        run_json(&["build", model, "--params-from", path(of), "-o", path(out), "--json"]);
+        run_json(&[
+            "build",
+            model,
+            "--params-from",
+            path(of),
+            "-o",
+            path(out),
+            "--json",
+        ]);
         fs::read(out).unwrap()
     };
     assert_eq!(by(&odd, &again), fs::read(&odd).unwrap());
@@ -187,17 +228,52 @@ fn an_asset_is_built_again_by_its_record() {
     assert_eq!(by(&fewer, &fewer_again), fs::read(&fewer).unwrap());
 
     let full = run_json(&["inspect", path(&odd), "--full", "--json"]);
-    assert_eq!(full["params"]["build"]["load"]["repair"], true, "{}", full["params"]);
+    assert_eq!(
+        full["params"]["build"]["load"]["repair"], true,
+        "{}",
+        full["params"]
+    );
     assert_eq!(full["params"]["build"]["capture"]["backend"], "cpu");
     assert_eq!(full["params"]["build"]["resolution_px"], 48);
     assert!(run_json(&["inspect", path(&odd), "--json"])["params"].is_null());
-    let conflict = ["--params-from", path(&odd), "--faces", "80", "-o", path(&again)];
+    let conflict = [
+        "--params-from",
+        path(&odd),
+        "--faces",
+        "80",
+        "-o",
+        path(&again),
+    ];
     assert_eq!(run(&[&["build", model][..], &conflict].concat()).code, 2);
     // Not from another mesh without a word.
     let other = folder.join("other.ply");
-    assert_eq!(run(&["generate", "trefoil-knot", "--faces", "600", "-o", path(&other)]).code, 0);
-    let ended = run(&["build", path(&other), "--params-from", path(&odd), "-o", path(&again)]);
-    assert!(ended.err.contains("not the mesh that the asset was made from"), "{}", ended.err);
+    assert_eq!(
+        run(&[
+            "generate",
+            "trefoil-knot",
+            "--faces",
+            "600",
+            "-o",
+            path(&other)
+        ])
+        .code,
+        0
+    );
+    let ended = run(&[
+        "build",
+        path(&other),
+        "--params-from",
+        path(&odd),
+        "-o",
+        path(&again),
+    ]);
+    assert!(
+        ended
+            .err
+            .contains("not the mesh that the asset was made from"),
+        "{}",
+        ended.err
+    );
 }
 
 #[test]
@@ -212,7 +288,14 @@ fn an_asset_taken_for_a_mesh_is_told() {
         "{}",
         ended.err
     );
-    let ended = run(&["hull", path(&fixture().model), "--faces", "60", "-o", path(&hull)]);
+    let ended = run(&[
+        "hull",
+        path(&fixture().model),
+        "--faces",
+        "60",
+        "-o",
+        path(&hull),
+    ]);
     assert!(!ended.err.contains("this is an asset"), "{}", ended.err);
 }
 
@@ -223,7 +306,11 @@ fn names_that_promise_something_else_are_refused() {
     let wrong = folder.join("x.gltf");
     let ended = run(&["build", model, "-o", path(&wrong)]);
     check_one_sentence(&ended, path(&wrong));
-    assert!(ended.err.contains("binary glTF file, not .gltf"), "{}", ended.err);
+    assert!(
+        ended.err.contains("binary glTF file, not .gltf"),
+        "{}",
+        ended.err
+    );
     let asset = path(&fixture().asset);
     let gif = folder.join("x.gif");
     let ended = run(&["render", asset, "--eye", "1,2,2.5", "-o", path(&gif)]);
@@ -232,9 +319,22 @@ fn names_that_promise_something_else_are_refused() {
     if is_gpu_skipped() {
         return;
     }
-    for (name, start) in [("x.jpg", &b"\xff\xd8\xff"[..]), ("x.webp", b"RIFF"), ("x.png", b"\x89PNG")] {
+    for (name, start) in [
+        ("x.jpg", &b"\xff\xd8\xff"[..]),
+        ("x.webp", b"RIFF"),
+        ("x.png", b"\x89PNG"),
+    ] {
         let out = folder.join(name);
-        let ended = run(&["render", asset, "--eye", "1,2,2.5", "--size", "40x30", "-o", path(&out)]);
+        let ended = run(&[
+            "render",
+            asset,
+            "--eye",
+            "1,2,2.5",
+            "--size",
+            "40x30",
+            "-o",
+            path(&out),
+        ]);
         assert_eq!(ended.code, 0, "{}", ended.err);
         assert!(fs::read(&out).unwrap().starts_with(start), "{name}");
     }

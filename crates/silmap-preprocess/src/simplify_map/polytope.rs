@@ -405,3 +405,37 @@ impl SimplifiedPolytope {
         assert_eq!(housed, (0..self.stars.len() as u32).collect::<Vec<_>>());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three places about an axis, so high that their plane is at a height of its own.
+    fn corners(height: f64) -> [DVec3; 3] {
+        let reach = (9.0 - height * height).sqrt();
+        let half = 0.75_f64.sqrt();
+        [(1.0, 0.0), (-0.5, half), (-0.5, -half)]
+            .map(|(x, y)| DVec3::new(x * reach, y * reach, height))
+    }
+
+    #[test]
+    fn a_plane_that_comes_near_the_sphere_is_not_readable() {
+        assert!(is_readable(corners(2.0), 1.0));
+        assert!(is_readable(corners(1.07), 1.0));
+        // Rays beside the sphere would lie almost beside the frame, then the plane cuts the sphere, then it has the center behind it.
+        for height in [1.04, 0.9, 0.0, -2.0] {
+            assert!(!is_readable(corners(height), 1.0), "{height}");
+        }
+        assert!(!is_readable(corners(2.0), 3.1), "an eye in the sphere");
+        // What can be looked from everywhere can be rectified everywhere.
+        let [a, b, c] = corners(1.07);
+        for (p, q) in [(a, b), (a, (b + c) * 0.5), ((a + b) * 0.5, c)] {
+            let frame = EpipolarFrame::new(p, q, DVec3::ZERO).unwrap();
+            for eye in [p, q] {
+                let aside = (-eye.dot(frame.f) / eye.length()).acos();
+                let rim = aside + (1.0 / eye.length()).asin();
+                assert!(rim.cos() > MIN_FORWARD_COSINE, "{rim}");
+            }
+        }
+    }
+}

@@ -4,7 +4,6 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
-use glam::DVec3;
 use serde::Serialize;
 use silmap_map::asset::{self, Triangles};
 use silmap_preprocess::mesh_io;
@@ -68,11 +67,7 @@ fn scene(path: &Path) -> Option<Triangles> {
     let (mesh, _) = mesh_io::read_triangles(path).ok()?;
     Some(Triangles {
         name: "all of the scene".to_owned(),
-        positions: mesh
-            .positions
-            .iter()
-            .map(|p| DVec3::from(p.to_array()))
-            .collect(),
+        positions: mesh.positions,
         faces: mesh.faces,
     })
 }
