@@ -123,6 +123,7 @@ fn sample_asset() -> Asset {
             order: None,
             generator: "silmap".into(),
             options: "--keep 146".into(),
+            ..BuildRecord::default()
         },
         map: SilhouetteMap {
             center,

@@ -91,6 +91,8 @@ pub struct ViewpointError {
     pub misclassified: f64,
     /// Escaped pixels over pixels inside.
     pub escaped: f64,
+    /// Pixels inside the true outline, which both are shares of.
+    pub inside_px: u64,
 }
 
 /// Errors of one method over all viewpoints.
@@ -243,6 +245,7 @@ pub fn evaluate_at(
                         method,
                         misclassified,
                         escaped,
+                        inside_px: seen.truth.count() as u64,
                     });
                 }
                 monitor.advance(Stage::Evaluate, 1);
@@ -353,6 +356,7 @@ mod tests {
             method: Method::Hull,
             misclassified,
             escaped,
+            inside_px: 1000,
         };
         let summary = summarise(&[
             error(0.3, 0.0),

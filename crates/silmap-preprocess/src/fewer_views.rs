@@ -91,6 +91,7 @@ pub fn keep_fewer_views(asset: &Asset, goal: ViewGoal) -> Result<Asset, FewerVie
             errors,
             steps: steps.collect(),
         }),
+        params: crate::recipe::with_fewer_views(&asset.record.params, kept.len() as u32),
         ..asset.record.clone()
     };
     Ok(Asset {

@@ -11,6 +11,7 @@ pub mod mesh_io;
 pub mod models;
 pub mod pipeline;
 pub mod progress;
+pub mod recipe;
 pub mod simplify_contour;
 pub mod simplify_map;
 pub mod texture;

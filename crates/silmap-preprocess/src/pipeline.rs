@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
     Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh, without_hidden_parts,
@@ -18,19 +19,26 @@ use silmap_map::{
 };
 use thiserror::Error;
 
-use crate::capture::{CaptureError, CaptureParams, capture, deep_contours, view_sphere};
+use crate::capture::{Backend, CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
 use crate::hull::{self, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
+use crate::mesh_io::LoadOptions;
 use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
+use crate::recipe::Recipe;
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
-use crate::simplify_map::{SimplifyMapError, SimplifyMapParams, SimplifyMapReport, simplify};
+use crate::simplify_map::{
+    SimplifyMapError, SimplifyMapParams, SimplifyMapReport, contour_radius, is_readable, simplify,
+};
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
 use crate::uniform::{captured_errors, uniform_counts};
 
 /// How an asset is made.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct BuildParams {
+    /// How the mesh was read and mended before; the build itself only notes it in the asset.
+    pub load: LoadOptions,
     /// Views captured around the model; the paper's thousand, evenly spread.
     pub views: u32,
     /// Radius of the view sphere as a multiple of the bounding sphere's.
@@ -56,6 +64,7 @@ pub struct BuildParams {
 impl Default for BuildParams {
     fn default() -> Self {
         Self {
+            load: LoadOptions::default(),
             views: 1024,
             view_radius_rel: 3.0,
             resolution_px: 512,
@@ -124,6 +133,17 @@ pub enum BuildError {
     /// The views do not make a polytope.
     #[error(transparent)]
     DenseMap(#[from] DenseMapError),
+    /// The polytope of all views cuts into what it should surround.
+    #[error(
+        "{views} views at {radius_rel} times the model's radius are too few: flat between them, the model cannot be looked at from \
+         everywhere; more views (--views), a larger --radius or a higher --resolution help"
+    )]
+    TooFewViews {
+        /// Views captured.
+        views: u32,
+        /// Radius of their sphere, in radii of the model.
+        radius_rel: f64,
+    },
     /// The map cannot be simplified.
     #[error(transparent)]
     SimplifyMap(#[from] SimplifyMapError),
@@ -172,6 +192,7 @@ pub fn build(
         captured_views(model, &tree, (&cameras, &masks), params, monitor)
     })?;
     let dense = dense_map::build(views, &dense_params(model, params))?;
+    check_readable(&dense, params)?;
 
     // Views that their neighbours predict well go.
     let (mut map, map_report) = timed(&mut seconds.map, || {
@@ -272,6 +293,19 @@ fn captured_views(
         .collect::<Result<_, _>>()?;
     monitor.finish(Stage::Contours);
     Ok(views)
+}
+
+/// Makes sure that the model can be looked at from all places of the polytope.
+fn check_readable(dense: &SilhouetteMap, params: &BuildParams) -> Result<(), BuildError> {
+    let eye = |v: u32| dense.views[v as usize].camera.eye - dense.center;
+    let radius = contour_radius(dense);
+    if (dense.triangles.iter()).all(|t| is_readable(t.map(eye), radius)) {
+        return Ok(());
+    }
+    Err(BuildError::TooFewViews {
+        views: params.views,
+        radius_rel: params.view_radius_rel,
+    })
 }
 
 fn dense_params(model: &ClosedMesh, params: &BuildParams) -> DenseMapParams {
@@ -398,6 +432,7 @@ fn record(
         order: Some(map.order.clone()),
         generator: concat!("silmap ", env!("CARGO_PKG_VERSION")).to_owned(),
         options: options_text(params),
+        params: Recipe::of(params).to_value(),
     }
 }
 
@@ -417,7 +452,7 @@ fn options_text(params: &BuildParams) -> String {
     };
     format!(
         "--views {} {goal} --method {} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
-         --texture-views {} --texture-size {} {}{cavities}",
+         --texture-views {} --texture-size {} {} --backend {}{}{cavities}",
         params.views,
         params.map.method.name(),
         params.resolution_px,
@@ -427,7 +462,28 @@ fn options_text(params: &BuildParams) -> String {
         params.textures.views,
         params.textures.size_px,
         picture_options(&params.textures),
+        match Recipe::of(params).build.capture.backend {
+            Backend::Gpu => "gpu",
+            Backend::Auto | Backend::Cpu => "cpu",
+        },
+        mending_options(&params.load),
     )
+}
+
+fn mending_options(load: &LoadOptions) -> String {
+    let options = [
+        (load.close_holes, " --close-holes"),
+        (load.repair, " --repair"),
+    ];
+    let given = options.iter().filter(|(is_given, _)| *is_given);
+    let mut text: String = given.map(|&(_, option)| option).collect();
+    if load.alpha == AlphaUse::Mask {
+        text.push_str(" --alpha mask");
+    }
+    if let Some(distance) = load.weld {
+        text.push_str(&format!(" --weld {distance}"));
+    }
+    text
 }
 
 fn picture_options(textures: &TextureParams) -> String {
@@ -470,7 +526,6 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::capture::Backend;
     use crate::models;
 
     fn small_params() -> BuildParams {

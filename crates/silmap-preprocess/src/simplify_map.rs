@@ -11,6 +11,7 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use silmap_geometry::Mask;
 use silmap_map::{CapturedErrors, CollapseOrder, Method, SilhouetteMap};
 use thiserror::Error;
@@ -25,19 +26,22 @@ mod replay;
 #[cfg(test)]
 mod tests;
 
-use polytope::{Collapse, SimplifiedPolytope};
+use polytope::{Collapse, Rule, SimplifiedPolytope};
 use predict::{Prediction, Predictor};
 
+pub(crate) use polytope::{contour_radius, is_readable};
 pub use replay::{ReplayError, replay};
 
 /// When to stop removing views.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct SimplifyMapParams {
     /// Views to keep.
     pub keep: u32,
     /// Stop before the mean misclassified share over all original views exceeds this; overrides `keep`.
     pub max_error: Option<f64>,
     /// The method that predicts.
+    #[serde(with = "crate::recipe::MethodName")]
     pub method: Method,
 }
 
@@ -194,7 +198,7 @@ impl<'a> Simplification<'a> {
     fn new(dense: &'a SilhouetteMap, masks: &'a [Mask], params: &SimplifyMapParams) -> Self {
         Self {
             predictor: Predictor::new(dense, masks, params.method),
-            polytope: SimplifiedPolytope::new(dense),
+            polytope: SimplifiedPolytope::new(dense, Rule::Readable),
             errors: vec![0.0; masks.len()],
             error_sum: 0.0,
             heap: BinaryHeap::new(),

@@ -16,7 +16,7 @@ use silmap_map::{Method, SilhouetteMap};
 use silmap_preprocess::mesh_io::AlphaUse;
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
-pub(crate) use building::{BuildArgs, DemoArgs};
+pub(crate) use building::{AttachArgs, BuildArgs, DemoArgs};
 pub(crate) use looking::{
     AntialiasArg, ContourArgs, ContourFormat, EvaluateArgs, InspectArgs, ModeArg, PaintArg,
     RenderArgs, ReportArgs, WhereArg,
@@ -53,6 +53,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     Demo(DemoArgs),
     Build(BuildArgs),
+    Attach(AttachArgs),
     Render(RenderArgs),
     Contour(ContourArgs),
     Inspect(InspectArgs),
@@ -96,7 +97,11 @@ impl Command {
             Self::Simplify(a) => a.pool.threads,
             Self::Align(a) => a.pool.threads,
             Self::Bench(a) => a.pool.threads,
-            Self::Render(_) | Self::Contour(_) | Self::Inspect(_) | Self::Generate(_) => None,
+            Self::Attach(_)
+            | Self::Render(_)
+            | Self::Contour(_)
+            | Self::Inspect(_)
+            | Self::Generate(_) => None,
         }
     }
 }

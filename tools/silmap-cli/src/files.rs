@@ -1,11 +1,11 @@
 //! Reading assets and models, with the file's name in front of whatever goes wrong.
 
-use std::path::Path;
+use std::path::{Component, Path};
 
 use anyhow::{Context, bail};
 use glam::DVec3;
 use silmap_geometry::TriangleMesh;
-use silmap_map::Asset;
+use silmap_map::{Asset, asset};
 use silmap_preprocess::input;
 use silmap_preprocess::mesh_io::{self, LoadOptions, Loaded};
 use silmap_preprocess::pipeline::model_crc32;
@@ -40,7 +40,7 @@ pub(crate) fn read_text(path: &Path) -> anyhow::Result<String> {
 /// One sentence with the file's name.
 pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
     let bytes = read(path)?;
-    let asset = match silmap_map::asset::read(&bytes) {
+    let asset = match asset::read_with(&bytes, &beside(path)) {
         Ok(asset) => asset,
         Err(_) if mesh_io::is_plain_mesh(path, &bytes) => bail!(
             "{}: it is a mesh, and an asset is needed: make one with `silmap build {} -o {}`",
@@ -53,12 +53,43 @@ pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
     Ok((asset, bytes))
 }
 
+/// Reads files beside an asset, which another program may have taken apart. Names that lead out of its folder are not followed.
+pub(crate) fn beside(path: &Path) -> impl Fn(&str) -> Option<Vec<u8>> {
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    move |name: &str| {
+        let is_plain = Path::new(name)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        is_plain
+            .then(|| input::read(&folder.join(name)).ok())
+            .flatten()
+    }
+}
+
 /// Reads a closed model and prints its warnings.
 ///
 /// # Errors
 /// One sentence with the file's name.
 pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Loaded> {
-    load_model_bytes(path, &read(path)?, mending)
+    load_model_bytes(path, &read(path)?, &load_options(mending))
+}
+
+/// The options as the library has them.
+pub(crate) fn load_options(mending: MendingArgs) -> LoadOptions {
+    LoadOptions {
+        close_holes: mending.close_holes,
+        repair: mending.repair,
+        alpha: mending.alpha.into(),
+        weld: mending.weld,
+    }
+}
+
+/// As [`load_model`], by the library's options.
+///
+/// # Errors
+/// As [`load_model`].
+pub(crate) fn load_model_with(path: &Path, options: &LoadOptions) -> anyhow::Result<Loaded> {
+    load_model_bytes(path, &read(path)?, options)
 }
 
 /// As [`load_model`], of bytes that were read before.
@@ -68,16 +99,16 @@ pub(crate) fn load_model(path: &Path, mending: MendingArgs) -> anyhow::Result<Lo
 pub(crate) fn load_model_bytes(
     path: &Path,
     bytes: &[u8],
-    mending: MendingArgs,
+    options: &LoadOptions,
 ) -> anyhow::Result<Loaded> {
-    let options = LoadOptions {
-        close_holes: mending.close_holes,
-        repair: mending.repair,
-        alpha: mending.alpha.into(),
-        weld: mending.weld,
-    };
+    if let Some(name) = model_of_asset(bytes) {
+        output::warn(&format!(
+            "{}: this is an asset: its coarse hull is taken as the mesh, not the model that it was made from ({name})",
+            path.display()
+        ));
+    }
     // Its errors name the file already.
-    let loaded = mesh_io::load_bytes(path, bytes, &options)?;
+    let loaded = mesh_io::load_bytes(path, bytes, options)?;
     for warning in &loaded.warnings {
         output::warn(&format!("{}: {warning}", path.display()));
     }
@@ -101,6 +132,13 @@ pub(crate) fn encode_mesh(
     Ok(bytes)
 }
 
+/// The name of the model that an asset was made from, where a file is an asset. Only its JSON is looked at.
+fn model_of_asset(bytes: &[u8]) -> Option<String> {
+    let (header, rest) = bytes.split_first_chunk::<{ asset::HEADER_BYTES }>()?;
+    let json_length = asset::json_length(header)?;
+    asset::model_name(rest.get(..json_length as usize)?)
+}
+
 /// Reads the model that an asset was made from, in the asset's coordinates, with a warning when it seems to be another one.
 ///
 /// # Errors
@@ -113,6 +151,12 @@ pub(crate) fn load_model_of(
     let mut loaded = load_model(path, mending)?;
     // Into the asset's coordinates.
     loaded.mesh = loaded.mesh.about(asset.placement.in_model);
+    check_model_of(asset, path, &loaded);
+    Ok(loaded)
+}
+
+/// Warns when an asset seems to be made from another mesh.
+pub(crate) fn check_model_of(asset: &Asset, path: &Path, loaded: &Loaded) {
     if model_crc32(loaded.mesh.mesh()) != asset.record.model_crc32 {
         output::warn(&format!(
             "{}: this is not the mesh that the asset was made from ({})",
@@ -120,5 +164,4 @@ pub(crate) fn load_model_of(
             asset.record.name
         ));
     }
-    Ok(loaded)
 }

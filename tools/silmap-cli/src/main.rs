@@ -12,6 +12,8 @@ mod files;
 mod interrupt;
 mod machine;
 mod measure;
+mod names;
+mod numbers;
 mod output;
 mod pictures;
 mod pose_file;

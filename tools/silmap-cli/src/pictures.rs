@@ -3,8 +3,14 @@
 use std::io::Cursor;
 
 use anyhow::Context;
+use image::codecs::jpeg::JpegEncoder;
 use image::{GrayImage, ImageFormat, Luma, RgbaImage};
 use silmap_geometry::{ColourImage, Mask};
+
+use crate::names::PictureKind;
+
+/// Of 100; lines stay clean.
+const JPEG_QUALITY: u8 = 92;
 
 /// A picture as the bytes of a PNG file.
 ///
@@ -17,6 +23,30 @@ pub(crate) fn encode_png(picture: &ColourImage) -> anyhow::Result<Vec<u8>> {
     image
         .write_to(&mut bytes, ImageFormat::Png)
         .context("the picture cannot be encoded")?;
+    Ok(bytes.into_inner())
+}
+
+/// A picture as the bytes of a file of this format. JPEG has no transparency: what is see-through there is as dark as its own
+/// colour says.
+///
+/// # Errors
+/// When the picture's bytes do not fit its size, or it is too large for the format.
+pub(crate) fn encode_picture(picture: &ColourImage, kind: PictureKind) -> anyhow::Result<Vec<u8>> {
+    let format = match kind {
+        PictureKind::Png => return encode_png(picture),
+        PictureKind::Jpeg => ImageFormat::Jpeg,
+        PictureKind::Webp => ImageFormat::WebP,
+    };
+    let image = RgbaImage::from_raw(picture.width, picture.height, picture.rgba.clone())
+        .context("the picture has too few pixels for its size")?;
+    let mut bytes = Cursor::new(Vec::new());
+    let encoded = if kind == PictureKind::Jpeg {
+        let opaque = image::DynamicImage::ImageRgba8(image).into_rgb8();
+        opaque.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY))
+    } else {
+        image.write_to(&mut bytes, format)
+    };
+    encoded.context("the picture cannot be encoded")?;
     Ok(bytes.into_inner())
 }
 

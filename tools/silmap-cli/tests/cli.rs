@@ -21,8 +21,8 @@ fn help_is_as_it_was() {
     let actual = root.join("target/image-tests/actual");
     let mut changed = Vec::new();
     for command in [
-        "", "demo", "build", "render", "contour", "inspect", "evaluate", "report", "hull", "edges",
-        "simplify", "align", "bench", "generate",
+        "", "demo", "build", "attach", "render", "contour", "inspect", "evaluate", "report",
+        "hull", "edges", "simplify", "align", "bench", "generate",
     ] {
         let arguments: Vec<&str> = [command, "--help"]
             .into_iter()

@@ -75,6 +75,8 @@ pub(super) struct ModelPart {
 pub(super) struct BuildPart {
     pub(super) generator: String,
     pub(super) options: String,
+    #[serde(default, skip_serializing_if = "Value::is_null")]
+    pub(super) params: Value,
     pub(super) captured_views: u32,
     pub(super) error_curve_view: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]

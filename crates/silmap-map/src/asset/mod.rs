@@ -128,6 +128,8 @@ pub struct BuildRecord {
     pub generator: String,
     /// The options, as text.
     pub options: String,
+    /// The options as data, for whoever built it; null in files of earlier versions.
+    pub params: serde_json::Value,
 }
 
 /// Everything a picture is made from.
@@ -156,6 +158,8 @@ pub struct AssetSizes {
     pub textures: u64,
     /// The whole file, with its JSON.
     pub total: u64,
+    /// Version of the format that the file has.
+    pub format_version: u32,
 }
 
 /// Why bytes are not an asset, or an asset cannot be written.

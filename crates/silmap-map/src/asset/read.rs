@@ -80,6 +80,7 @@ pub fn sizes_with(file: &[u8], beside: Beside<'_>) -> Result<AssetSizes, AssetEr
         hull: hull as u64,
         textures: paint as u64,
         total: file.len() as u64,
+        format_version: contents.extension.format_version,
     })
 }
 
@@ -312,6 +313,7 @@ impl<'a> Contents<'a> {
                 order,
                 generator: build.generator.clone(),
                 options: build.options.clone(),
+                params: build.params.clone(),
             },
             map,
             hull,

@@ -145,6 +145,7 @@ pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
     {
         *share = f64::from(*share as f32);
     }
+    super::references::spell_integers(&mut record.params);
     if let Some(order) = &mut record.order {
         order.round();
     }

@@ -200,6 +200,10 @@ prop_compose! {
                 uniform_curve,
                 order,
                 generator: "silmap test".into(),
+                params: match numbers.0 % 3 {
+                    0 => serde_json::Value::Null,
+                    n => serde_json::json!({ "aView": n, "b": 2.0, "images": [0.1, "x"] }),
+                },
                 options,
             },
             map,

@@ -74,6 +74,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         build: BuildPart {
             generator: record.generator.clone(),
             options: record.options.clone(),
+            params: record.params.clone(),
             captured_views: record.captured_views,
             error_curve_view: buffers.push(&paint::encode_curve(&record.error_curve)?),
             uniform_curve_view: match record.uniform_curve.as_slice() {

@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mask};
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
@@ -21,7 +22,8 @@ pub use depth::tangent_depths;
 pub use rim::{LoopsWithDepths, deep_contours};
 
 /// Who draws the masks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Backend {
     /// Whatever suits the machine; today the processor, whose masks are the same everywhere.
     #[default]
@@ -33,9 +35,11 @@ pub enum Backend {
 }
 
 /// How to capture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct CaptureParams {
     /// Which pixels count as covered.
+    #[serde(with = "crate::recipe::CoverageName")]
     pub coverage: CoverageRule,
     /// Who draws.
     pub backend: Backend,

@@ -19,6 +19,7 @@ mod surface;
 mod tighten;
 mod verify;
 
+use serde::{Deserialize, Serialize};
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 use thiserror::Error;
 
@@ -34,7 +35,8 @@ pub use tighten::Tightening;
 pub use verify::{VerifyParams, VerifyReport, verify, verify_inner};
 
 /// What hull to make.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct HullParams {
     /// Faces to stop at.
     pub target_faces: u32,

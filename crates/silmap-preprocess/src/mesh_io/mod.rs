@@ -26,6 +26,7 @@ mod write;
 use std::path::Path;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use silmap_geometry::defects::counted;
 use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, diagonals, holes, repair};
 
@@ -37,7 +38,8 @@ pub use self::write::{check_output, encode, encode_about, holds_colours, write};
 use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct LoadOptions {
     /// Fill holes.
     pub close_holes: bool,
@@ -52,7 +54,8 @@ pub struct LoadOptions {
 }
 
 /// What becomes of faces whose material cuts out what its alpha says is not there (`alphaMode` MASK in glTF).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum AlphaUse {
     /// They stay, with a warning.
     #[default]

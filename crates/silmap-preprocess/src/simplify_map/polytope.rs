@@ -39,12 +39,48 @@ pub(super) struct Patch {
 /// center meets it at a grazing angle and rounding decides.
 const MIN_VOLUME_SHARE: f64 = 1e-6;
 
+/// How far beyond the bounding sphere's picture a contour may reach, in pixels, before it is simplified: the pixel at its rim.
+const RIM_PX: f64 = 1.5;
+
+/// The radius about the center that all contours of a map stay in: that of the model, and what pixels and simplification add.
+pub(crate) fn contour_radius(map: &SilhouetteMap) -> f64 {
+    let pixel = 2.0 * map.radius / f64::from(map.resolution_px.max(1));
+    map.radius + (RIM_PX + map.tolerance_px.max(0.0)) * pixel
+}
+
+/// Whether all places of a triangle with these corners, relative to the center, can be looked from: the sphere about the center,
+/// seen from any of them, lies in front of the frame shared with any other. The frame of two places is nearest to lying beside
+/// the sphere where their line passes nearest to it, and no line in the triangle passes nearer than its plane; of places in a
+/// plane the farthest see the sphere most from aside.
+pub(crate) fn is_readable([a, b, c]: [DVec3; 3], radius: f64) -> bool {
+    let across = (b - a).cross(c - a);
+    let plane = a.dot(across) / across.length();
+    [a, b, c].iter().all(|arm| {
+        let distance = arm.length();
+        radius < distance && {
+            let aside = (plane / distance).clamp(-1.0, 1.0).acos();
+            aside + (radius / distance).asin() < MIN_FORWARD_COSINE.acos()
+        }
+    })
+}
+
+/// What triangles must be like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// All their places can be looked from.
+    Readable,
+    /// Silhouettes at the ends of each side can be interpolated: all that earlier versions asked for, whose orders are carried out.
+    Sides,
+}
+
 /// The polytope of the views that are left.
 #[derive(Clone, Debug)]
 pub(super) struct SimplifiedPolytope {
     /// Eyes relative to the center.
     arms: Vec<DVec3>,
     radius: f64,
+    contour_radius: f64,
+    rule: Rule,
     triangles: Vec<Option<[u32; 3]>>,
     /// Per triangle: removed views whose eyes it faces.
     members: Vec<Vec<u32>>,
@@ -55,7 +91,7 @@ pub(super) struct SimplifiedPolytope {
 }
 
 impl SimplifiedPolytope {
-    pub(super) fn new(map: &SilhouetteMap) -> Self {
+    pub(super) fn new(map: &SilhouetteMap, rule: Rule) -> Self {
         let mut stars = vec![Vec::new(); map.views.len()];
         for (t, triangle) in (0_u32..).zip(&map.triangles) {
             for &v in triangle {
@@ -69,6 +105,8 @@ impl SimplifiedPolytope {
                 .map(|v| v.camera.eye - map.center)
                 .collect(),
             radius: map.radius,
+            contour_radius: contour_radius(map),
+            rule,
             triangles: map.triangles.iter().copied().map(Some).collect(),
             members: vec![Vec::new(); map.triangles.len()],
             versions: vec![0; map.views.len()],
@@ -119,7 +157,7 @@ impl SimplifiedPolytope {
     }
 
     /// The triangles that a collapse leaves where the removed view was; `None` when the result would not be a manifold, not
-    /// star-shaped, or have an edge too long to rectify.
+    /// star-shaped, or have an edge too long to rectify or places that cannot be looked from.
     pub(super) fn triangles_after(&self, collapse: Collapse) -> Option<Vec<[u32; 3]>> {
         let Collapse { removed, onto } = collapse;
         let (ring, other_ring) = (self.neighbours(removed), self.neighbours(onto));
@@ -133,8 +171,7 @@ impl SimplifiedPolytope {
         let mut triangles = Vec::with_capacity(ring.len());
         for (_, triangle) in self.star(removed).filter(|(_, t)| !t.contains(&onto)) {
             let moved = triangle.map(|v| if v == removed { onto } else { v });
-            let [a, b, c] = moved.map(|v| self.arms[v as usize]);
-            if a.dot(b.cross(c)) <= MIN_VOLUME_SHARE * a.length() * b.length() * c.length() {
+            if !self.is_allowed(moved) {
                 return None;
             }
             triangles.push(moved);
@@ -194,9 +231,12 @@ impl SimplifiedPolytope {
         edges
     }
 
-    fn is_star_shaped(&self, triangle: [u32; 3]) -> bool {
-        let [a, b, c] = triangle.map(|v| self.arms[v as usize]);
+    /// Whether a triangle may be part of the polytope.
+    fn is_allowed(&self, triangle: [u32; 3]) -> bool {
+        let corners = triangle.map(|v| self.arms[v as usize]);
+        let [a, b, c] = corners;
         a.dot(b.cross(c)) > MIN_VOLUME_SHARE * a.length() * b.length() * c.length()
+            && (self.rule == Rule::Sides || is_readable(corners, self.contour_radius))
     }
 
     /// The edge turned in the quadrangle of its two triangles; `None` where that leaves no polytope.
@@ -214,7 +254,7 @@ impl SimplifiedPolytope {
                 removed: c,
                 onto: d,
             })
-            && new.iter().all(|&t| self.is_star_shaped(t))
+            && new.iter().all(|&t| self.is_allowed(t))
             && self.is_rectifiable(c, d);
         is_allowed.then(|| Patch {
             views: self.members_of(&[left, right]),
@@ -251,7 +291,7 @@ impl SimplifiedPolytope {
             .star(view)
             .map(|(_, t)| t.map(|v| if v == view { other } else { v }))
             .collect();
-        let is_allowed = new.iter().all(|&t| self.is_star_shaped(t))
+        let is_allowed = new.iter().all(|&t| self.is_allowed(t))
             && self
                 .neighbours(view)
                 .iter()
@@ -363,5 +403,39 @@ impl SimplifiedPolytope {
         housed.extend(&kept);
         housed.sort_unstable();
         assert_eq!(housed, (0..self.stars.len() as u32).collect::<Vec<_>>());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three places about an axis, so high that their plane is at a height of its own.
+    fn corners(height: f64) -> [DVec3; 3] {
+        let reach = (9.0 - height * height).sqrt();
+        let half = 0.75_f64.sqrt();
+        [(1.0, 0.0), (-0.5, half), (-0.5, -half)]
+            .map(|(x, y)| DVec3::new(x * reach, y * reach, height))
+    }
+
+    #[test]
+    fn a_plane_that_comes_near_the_sphere_is_not_readable() {
+        assert!(is_readable(corners(2.0), 1.0));
+        assert!(is_readable(corners(1.07), 1.0));
+        // Rays beside the sphere would lie almost beside the frame, then the plane cuts the sphere, then it has the center behind it.
+        for height in [1.04, 0.9, 0.0, -2.0] {
+            assert!(!is_readable(corners(height), 1.0), "{height}");
+        }
+        assert!(!is_readable(corners(2.0), 3.1), "an eye in the sphere");
+        // What can be looked from everywhere can be rectified everywhere.
+        let [a, b, c] = corners(1.07);
+        for (p, q) in [(a, b), (a, (b + c) * 0.5), ((a + b) * 0.5, c)] {
+            let frame = EpipolarFrame::new(p, q, DVec3::ZERO).unwrap();
+            for eye in [p, q] {
+                let aside = (-eye.dot(frame.f) / eye.length()).acos();
+                let rim = aside + (1.0 / eye.length()).asin();
+                assert!(rim.cos() > MIN_FORWARD_COSINE, "{rim}");
+            }
+        }
     }
 }

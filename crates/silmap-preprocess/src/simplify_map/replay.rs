@@ -3,7 +3,7 @@
 use silmap_map::{CollapseStep, SilhouetteMap};
 use thiserror::Error;
 
-use super::polytope::{Collapse, SimplifiedPolytope};
+use super::polytope::{Collapse, Rule, SimplifiedPolytope};
 use super::submap;
 
 /// Why a step of a collapse order cannot be carried out.
@@ -44,7 +44,7 @@ pub fn replay(
     map: &SilhouetteMap,
     steps: &[CollapseStep],
 ) -> Result<(SilhouetteMap, Vec<u32>), ReplayError> {
-    let mut polytope = SimplifiedPolytope::new(map);
+    let mut polytope = SimplifiedPolytope::new(map, Rule::Sides);
     let is_there = |view: u32| (view as usize) < map.views.len();
     for (step, s) in steps.iter().enumerate() {
         let collapse = Collapse {

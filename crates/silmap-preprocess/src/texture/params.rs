@@ -1,11 +1,13 @@
 //! How a hull is to be painted.
 
+use serde::{Deserialize, Serialize};
 use silmap_map::asset::MAX_TEXTURE_VIEWS;
 
 use super::TextureError;
 
 /// How a point of the hull finds the point of the original that it shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Parametrisation {
     /// Along the hull's interpolated normal: few jumps.
     #[default]
@@ -29,7 +31,8 @@ impl Parametrisation {
 }
 
 /// How large the tiles of the atlas are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum TileSizes {
     /// All the same.
     Fixed,
@@ -50,7 +53,8 @@ impl TileSizes {
 }
 
 /// What pictures are stored as.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum PictureFormat {
     /// JPEG, or PNG where that is no larger.
     #[default]
@@ -74,7 +78,8 @@ impl PictureFormat {
 }
 
 /// How the hull is painted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct TextureParams {
     /// Most texture views to choose; at most [`MAX_TEXTURE_VIEWS`]. The paper takes 20.
     pub views: u32,

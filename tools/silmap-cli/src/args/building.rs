@@ -51,6 +51,20 @@ const FROM_CONFLICTS: [&str; 23] = [
     "backend",
 ];
 
+/// What an asset that is built like another takes from that one.
+const PARAMS_FROM_CONFLICTS: [&str; 25] = {
+    let mut names = ["from"; 25];
+    names[1] = "keep";
+    names[2] = "max_error";
+    // All of those but the model.
+    let mut k = 1;
+    while k < FROM_CONFLICTS.len() {
+        names[k + 2] = FROM_CONFLICTS[k];
+        k += 1;
+    }
+    names
+};
+
 /// What pictures are stored as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PictureFormatArg {
@@ -111,14 +125,16 @@ impl From<ParametrisationArg> for Parametrisation {
 /// Makes an asset (.glb) out of a mesh.
 ///
 /// Reads OBJ, PLY, STL, OFF, glTF and GLB. The mesh must be closed and consistently oriented; `--close-holes` and
-/// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model.
+/// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model. The error that is printed is over the
+/// captured views, where those that were kept count as right: `silmap evaluate` measures in between.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   silmap build bunny.ply --close-holes -o bunny.glb
   silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json
   silmap build --from bunny.glb --keep 64 -o smaller.glb
-  silmap build --manifest models.jsonl --out-dir assets --resume --timeout 600")]
+  silmap build --manifest models.jsonl --out-dir assets --resume --timeout 600
+  silmap build bunny.ply --params-from bunny.glb -o again.glb")]
 pub(crate) struct BuildArgs {
     /// The mesh
     #[arg(required_unless_present_any = ["from", "manifest"])]
@@ -126,6 +142,10 @@ pub(crate) struct BuildArgs {
     /// Take an asset instead of a mesh, and remove views until --keep or --max-error is met
     #[arg(long, value_name = "ASSET.glb", conflicts_with_all = FROM_CONFLICTS)]
     pub(crate) from: Option<PathBuf>,
+    /// Build as an asset was built, by the options that it records, those that mend the mesh included: from the same mesh the same
+    /// bytes
+    #[arg(long, value_name = "ASSET.glb", conflicts_with_all = PARAMS_FROM_CONFLICTS)]
+    pub(crate) params_from: Option<PathBuf>,
     /// The asset to write
     #[arg(
         short,
@@ -210,4 +230,27 @@ impl BuildArgs {
     pub(crate) fn out(&self) -> &Path {
         self.out.as_deref().unwrap_or(Path::new(""))
     }
+}
+
+/// Puts the silhouettes back into a file that another program made of an asset.
+///
+/// Most programs that read and write glTF leave out what they do not know, and keep the hull and its textures alone. Where the hull
+/// is the same, within 1/1024 of its extent, everything else that the asset has is put back: silhouettes, texture views and how it
+/// was built. The file keeps its own materials, textures, nodes and animations. A hull that was changed is refused.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  silmap attach edited.glb --from bunny.glb -o whole.glb")]
+pub(crate) struct AttachArgs {
+    /// The file that another program wrote
+    #[arg(value_name = "PLAIN.glb")]
+    pub(crate) plain: PathBuf,
+    /// The asset as it was
+    #[arg(long, value_name = "ASSET.glb")]
+    pub(crate) from: PathBuf,
+    /// The asset to write [default: over PLAIN.glb]
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
 }

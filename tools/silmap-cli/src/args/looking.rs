@@ -74,7 +74,7 @@ pub(crate) struct RenderArgs {
     pub(crate) asset: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
-    /// The picture to write
+    /// The picture to write: .png, .jpg or .webp
     #[arg(short, long, value_name = "IMG.png")]
     pub(crate) out: PathBuf,
     /// What to draw

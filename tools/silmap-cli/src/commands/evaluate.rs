@@ -45,7 +45,12 @@ struct ViewpointJson {
     method: &'static str,
     misclassified: f64,
     escaped: f64,
+    /// Pixels inside the true outline, which both are shares of.
+    inside_px: u64,
 }
+
+/// A share of fewer pixels than this says little: one pixel is a percent of them.
+const FEW_PX: u64 = 100;
 
 pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     let (asset, _) = read_asset(&args.asset)?;
@@ -66,6 +71,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     let errors = Progress::new()
         .watch(|monitor| evaluate(&asset.map, model.mesh.mesh(), &params, monitor))
         .with_context(|| args.asset.display().to_string())?;
+    warn_of_few_pixels(args, &errors);
     let methods = summarise(&errors);
     let textures = match (args.textures, &gpu) {
         (Some(viewpoints), Some(gpu)) => {
@@ -94,6 +100,28 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         text.push_str(&texture_table(textures));
     }
     output::print_bytes(text.as_bytes())
+}
+
+/// Says where shares are of a handful of pixels.
+fn warn_of_few_pixels(args: &EvaluateArgs, errors: &[ViewpointError]) {
+    // Each viewpoint is there once for every method.
+    let Some(method) = errors.first().map(|e| e.method) else {
+        return;
+    };
+    let inside = errors.iter().filter(|e| e.method == method);
+    let few: Vec<u64> = inside
+        .map(|e| e.inside_px)
+        .filter(|&n| n < FEW_PX)
+        .collect();
+    if let Some(least) = few.iter().min() {
+        output::warn(&format!(
+            "{}: at {} of {} viewpoints fewer than {FEW_PX} pixels are inside the true outline, at one {least}: shares of so few say \
+             little (--resolution makes them more)",
+            args.asset.display(),
+            few.len(),
+            args.viewpoints,
+        ));
+    }
 }
 
 fn as_json(
@@ -125,6 +153,7 @@ fn as_json(
                 method: e.method.name(),
                 misclassified: e.misclassified,
                 escaped: e.escaped,
+                inside_px: e.inside_px,
             })
             .collect(),
         textures: None,

@@ -14,7 +14,7 @@ use silmap_preprocess::hull::{
 use silmap_preprocess::mesh_io;
 
 use crate::args::HullArgs;
-use crate::files::{encode_mesh, load_model_bytes, read};
+use crate::files::{encode_mesh, load_model_bytes, load_options, read};
 use crate::output::{self, OutputFile, Staging};
 use crate::pictures::encode_png;
 use crate::progress::Progress;
@@ -267,7 +267,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
             since,
         });
     }
-    let mut model = load_model_bytes(&args.model, &bytes, args.mending)?;
+    let mut model = load_model_bytes(&args.model, &bytes, &load_options(args.mending))?;
     drop(bytes);
     if !args.keep_cavities
         && let Some((seen, hidden)) = without_hidden_parts(&model.mesh)

@@ -1,11 +1,13 @@
 //! `silmap inspect`: what is in an asset.
 
 use serde::Serialize;
+use silmap_geometry::camera::in_short;
 use silmap_map::{Asset, asset};
 
 use crate::args::InspectArgs;
 use crate::commands::build::TextureJson;
-use crate::files::read_asset;
+use crate::files::{beside, read_asset};
+use crate::numbers::{coordinate, point};
 use crate::output;
 
 #[derive(Serialize)]
@@ -18,6 +20,9 @@ struct Inspection<'a> {
     bytes: u64,
     generator: &'a str,
     options: &'a str,
+    /// The options as data, by which `build --params-from` builds it again; null in files of earlier versions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    params: Option<&'a serde_json::Value>,
     /// Views kept and mean share of misclassified pixels, as the map was simplified.
     #[serde(skip_serializing_if = "Option::is_none")]
     error_curve: Option<&'a [(u32, f64)]>,
@@ -81,7 +86,7 @@ struct ViewJson {
 
 pub(crate) fn run(args: &InspectArgs) -> anyhow::Result<()> {
     let (asset, bytes) = read_asset(&args.asset)?;
-    let sizes = asset::sizes(&bytes)?;
+    let sizes = asset::sizes_with(&bytes, &beside(&args.asset))?;
     let inspection = inspect(&asset, &sizes, args.full);
     if args.output.json {
         return output::print_json(&inspection);
@@ -95,7 +100,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
     let total: usize = counts.iter().sum();
     let origin = asset.placement.in_scene;
     Inspection {
-        format_version: asset::FORMAT_VERSION,
+        format_version: sizes.format_version,
         model: ModelJson {
             name: &record.name,
             faces: record.model_faces,
@@ -134,6 +139,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
         bytes: sizes.total,
         generator: &record.generator,
         options: &record.options,
+        params: full.then_some(&record.params),
         error_curve: full.then_some(&record.error_curve),
         order_curve: (record.order.as_ref())
             .filter(|_| full)
@@ -155,20 +161,21 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
 
 /// The same for people.
 fn describe(i: &Inspection<'_>) -> String {
-    let [x, y, z] = i.model.center;
+    let radius = i.model.radius;
     let mut text = format!(
-        "model     {}: {} faces, {} vertices, center {x:.5},{y:.5},{z:.5}, radius {:.5}\n\
+        "model     {}: {} faces, {} vertices, center {}, radius {}\n\
          map       {} views, {} triangles, captured at {}², {:.0} contour vertices a view (most {}), {} bytes\n\
          detail    {}\n\
          order     {}\n\
-         hull      {} faces, {} vertices, {:.4} times the model's volume, {} bytes\n\
+         hull      {} faces, {} vertices, {} times the model's volume, {} bytes\n\
          textures  {} views of {}², {}, {} bytes\n\
          paint     {}\n\
          file      {} bytes, format {}, made by {} with {}\n",
         i.model.name,
         i.model.faces,
         i.model.vertices,
-        i.model.radius,
+        point(i.model.center, radius),
+        coordinate(radius, radius),
         i.map.views,
         i.map.triangles,
         i.map.resolution,
@@ -191,7 +198,7 @@ fn describe(i: &Inspection<'_>) -> String {
         },
         i.hull.faces,
         i.hull.vertices,
-        i.hull.volume_ratio,
+        ratio(i.hull.volume_ratio),
         i.hull.bytes,
         i.textures.figures.views,
         i.textures.figures.size,
@@ -203,10 +210,13 @@ fn describe(i: &Inspection<'_>) -> String {
         i.generator,
         i.options,
     );
+    if let Some(params) = i.params {
+        text.push_str(&format!("params    {params}\n"));
+    }
     for (k, view) in i.views.iter().flatten().enumerate() {
-        let [x, y, z] = view.eye;
         text.push_str(&format!(
-            "view {k}  eye {x:.5},{y:.5},{z:.5}  {} contour vertices\n",
+            "view {k}  eye {}  {} contour vertices\n",
+            point(view.eye, radius),
             view.contour_vertices
         ));
     }
@@ -228,4 +238,13 @@ fn describe(i: &Inspection<'_>) -> String {
         }
     }
     text
+}
+
+/// A ratio of volumes: near 1 as people expect it, else in short.
+fn ratio(value: f64) -> String {
+    if (0.01..1e4).contains(&value) {
+        format!("{value:.4}")
+    } else {
+        in_short(value)
+    }
 }

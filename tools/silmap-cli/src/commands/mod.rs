@@ -1,6 +1,7 @@
 //! One module for each subcommand.
 
 mod align;
+mod attach;
 mod bench;
 mod build;
 mod contour;
@@ -44,6 +45,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Build(args) => build::run(&args),
         Command::Render(args) => render::run(&args),
         Command::Contour(args) => contour::run(&args),
+        Command::Attach(args) => attach::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Report(args) => report::run(&args),

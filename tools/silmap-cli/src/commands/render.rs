@@ -22,8 +22,9 @@ use crate::commands::open_gpu;
 use crate::exact_shape::{ExactShape, FansJson};
 use crate::files::{load_model, load_model_of, read_asset};
 use crate::interrupt;
+use crate::names::PictureKind;
 use crate::output::{self, OutputFile};
-use crate::pictures::encode_png;
+use crate::pictures::encode_picture;
 use crate::values::Backdrop;
 
 #[derive(Serialize)]
@@ -74,7 +75,13 @@ fn check_usage(args: &RenderArgs) {
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_usage(args);
-    let file = OutputFile::check_png(&args.out)?;
+    let kind = PictureKind::of(&args.out)?;
+    anyhow::ensure!(
+        kind != PictureKind::Jpeg || args.background != Backdrop::Transparent,
+        "{}: a JPEG file has no transparency: write a .png or .webp file, or choose a colour as --background",
+        args.out.display()
+    );
+    let file = OutputFile::check(&args.out)?;
     for input in [&args.asset, &args.model].into_iter().flatten() {
         file.refuse_to_replace(input);
     }
@@ -133,7 +140,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     .map_err(|error| name_limit(error, &gpu))
     .with_context(named)?;
-    file.write(&encode_png(&picture)?)?;
+    file.write(&encode_picture(&picture, kind)?)?;
     if args.output.json {
         return output::print_json(&Rendered {
             out: &args.out,

@@ -31,7 +31,8 @@ const LEAST_SWEEP_GAIN_REL: f64 = 1e-5;
 const CHECK_SAMPLES: u32 = 2000;
 
 /// How much work goes into making a level tighter than the sequence has it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tightening {
     /// None: the level of the sequence.
     #[default]
