@@ -200,9 +200,16 @@ fn as_written(
     };
     if !is_glb && origin != DVec3::ZERO {
         // As its reader finds them again.
-        positions
-            .iter_mut()
-            .for_each(|p| *p = (*p + origin) - origin);
+        let is_stl = (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("stl"));
+        for position in &mut positions {
+            let written = *position + origin;
+            let held = if is_stl {
+                written.as_vec3().as_dvec3()
+            } else {
+                written
+            };
+            *position = held - origin;
+        }
     }
     let mut appearance = Appearance::default();
     if !model.appearance.corner_colours.is_empty() {
