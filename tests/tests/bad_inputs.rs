@@ -302,7 +302,7 @@ fn valid_files_are_read_however_odd() {
     );
     for (name, vertices, faces, is_closed) in TRICKY {
         let path = folder.join(name);
-        let (mesh, _) = read_triangles(&path).unwrap();
+        let mesh = read_triangles(&path).unwrap().mesh;
         assert_eq!(
             (mesh.positions.len(), mesh.faces.len()),
             (vertices, faces),
@@ -318,7 +318,9 @@ fn valid_files_are_read_however_odd() {
             assert_says(&path, &PLAIN, &["open: "]);
         }
     }
-    let (hexagon, _) = read_triangles(&folder.join("concave-hexagon.off")).unwrap();
+    let hexagon = read_triangles(&folder.join("concave-hexagon.off"))
+        .unwrap()
+        .mesh;
     let area = |f: usize| 0.5 * hexagon.face_cross(f).z;
     assert!((0..4).all(|f| area(f) > 0.0));
     assert!(((0..4).map(area).sum::<f64>() - 3.0).abs() < 1e-12);

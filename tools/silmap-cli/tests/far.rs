@@ -13,7 +13,10 @@ use std::path::{Path, PathBuf};
 use common::{
     SMALL_BUILD, check_one_sentence, fixture, is_gpu_skipped, path, run, run_json, scratch,
 };
+use glam::DVec2;
 use serde_json::{Value, json};
+use silmap_geometry::Mask;
+use silmap_geometry::polygon::fill_even_odd;
 use silmap_preprocess::mesh_io::{self, LoadOptions};
 
 /// Where map projections put things.
@@ -191,44 +194,43 @@ fn outlines_and_poses_far_away_are_those_at_the_origin() {
     });
     assert!(!seen[0].0.as_array().unwrap().is_empty());
     assert_eq!(seen[0], seen[1]);
-    // The camera printed is one to start from again.
-    let (model, asset, shift, _) = &pair[1];
-    let mask = model.with_extension("png");
-    let pose = model.with_extension("pose.json");
-    let eye = eye_at(*shift);
-    let drawn = run(&[
-        "contour",
-        path(asset),
-        &eye,
-        "--format",
-        "png",
-        "-o",
-        path(&mask),
-    ]);
-    assert_eq!(drawn.code, 0, "{}", drawn.err);
-    let drawn = run(&[
-        "contour",
-        path(asset),
-        &eye,
-        "--format",
-        "json",
-        "-o",
-        path(&pose),
-    ]);
-    assert_eq!(drawn.code, 0, "{}", drawn.err);
-    let aligned = run_json(&[
-        "align",
-        path(model),
-        "--mask",
-        path(&mask),
-        "--start",
-        path(&pose),
-        "--json",
-    ]);
-    assert!(aligned["distance_px"].as_f64().unwrap() < 1.0, "{aligned}");
-    let told = aligned["camera"]["eye"].as_array().unwrap();
-    let off = (told.iter().zip(*shift)).map(|(x, s)| (x.as_f64().unwrap() - s).abs());
-    assert!(off.fold(0.0, f64::max) < 40.0, "{aligned}");
+    // The camera printed is one to start from again, and the pose found is told where it is.
+    let poses = pair.each_ref().map(|(model, _, shift, _)| {
+        let outline = model.with_extension("json");
+        let mask = model.with_extension("png");
+        draw_mask(&outline, &mask);
+        let pose = run_json(&[
+            "align",
+            path(model),
+            "--mask",
+            path(&mask),
+            "--start",
+            path(&outline),
+            "--json",
+        ]);
+        assert!(pose["distance_px"].as_f64().unwrap() < 0.5, "{pose}");
+        [0, 1, 2].map(|k| pose["camera"]["eye"][k].as_f64().unwrap() - shift[k])
+    });
+    for (near, far) in poses[0].iter().zip(poses[1]) {
+        assert!((near - far).abs() < 0.01, "{poses:?}");
+    }
+}
+
+/// Fills the loops of `edges --outline` at a quarter of their size.
+fn draw_mask(outline: &Path, mask: &Path) {
+    const SIDE: u32 = 256;
+    let outline: Value = serde_json::from_slice(&fs::read(outline).unwrap()).unwrap();
+    let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(outline["loops"].clone()).unwrap();
+    let scale = f64::from(SIDE) / outline["camera"]["width"].as_f64().unwrap();
+    let loops: Vec<Vec<DVec2>> = (loops.iter())
+        .map(|points| points.iter().map(|&p| DVec2::from(p) * scale).collect())
+        .collect();
+    let mut filled = Mask::new(SIDE, SIDE);
+    fill_even_odd(&loops, &mut filled);
+    let pixel = |x, y| image::Luma([if filled.get(x, y) { 255_u8 } else { 0 }]);
+    image::GrayImage::from_fn(SIDE, SIDE, |x, y| pixel(x.into(), y.into()))
+        .save(mask)
+        .unwrap();
 }
 
 #[test]
@@ -266,6 +268,8 @@ fn hulls_far_away_are_written_with_all_digits() {
     let rounded = run(&["hull", path(model), "--faces", "120", "-o", path(&stl)]);
     assert_eq!(rounded.code, 0, "{}", rounded.err);
     assert!(rounded.err.contains("single precision"), "{}", rounded.err);
+    let doubted = run(&["hull", path(model), "--verify", "-o", path(&stl)]);
+    assert!(doubted.err.contains("NOT verified"), "{}", doubted.err);
     // A saved sequence knows where it is.
     let [sequence, fresh, again] = ["all.hulls", "fresh.obj", "again.obj"].map(|n| folder.join(n));
     let made = run(&[

@@ -66,7 +66,7 @@ pub struct CoarseHull {
     pub faces: Vec<[u32; 3]>,
     /// P(v): per vertex, the point of the original surface it stands for (section 7).
     pub surface_points: Vec<[f32; 3]>,
-    /// Volume of the hull over volume of the original.
+    /// Volume of the hull over volume of the original, whose cavities count as filled where they were left out.
     pub volume_ratio: f64,
 }
 

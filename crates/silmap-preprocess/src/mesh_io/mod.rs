@@ -410,9 +410,7 @@ fn close_without_copies(
 
 /// The mesh with the vertices the file tells apart, if that is closed already.
 fn close_unwelded(mut mesh: TriangleMesh, origin: DVec3) -> Option<ClosedMesh> {
-    for position in &mut mesh.positions {
-        *position -= origin;
-    }
+    origin::tell_about(&mut mesh, origin);
     repair::turn_outward(&mut mesh);
     ClosedMesh::try_from(mesh).ok()
 }

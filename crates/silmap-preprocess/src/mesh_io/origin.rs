@@ -17,11 +17,21 @@ use crate::progress::PrepWarning;
 /// precision four are lost there.
 const NEAR_RADII: f64 = 16.0;
 
-/// The coarsest steps of coordinates that are taken, in radii: those to which an asset rounds depths. Coarser ones show.
-const COARSEST_STEP_REL: f64 = 1.0 / 4096.0;
+/// The coarsest steps of coordinates that are taken, in radii: 16 binary digits along the radius are left. With coarser ones
+/// small faces turn over, and what is written with them no longer encloses the model.
+const COARSEST_STEP_REL: f64 = 1.0 / 65_536.0;
+
+/// From such steps of single precision on there is a warning: those to which an asset rounds depths. Coarser ones show.
+const COARSE_SINGLE_STEP_REL: f64 = 1.0 / 4096.0;
 
 /// From steps of this many radii on there is a warning: far below a pixel, but features of the model may be as small.
 const COARSE_STEP_REL: f64 = 1e-6;
+
+/// Every decimal number of so many digits has a double of its own.
+const DECIMAL_DIGITS: u32 = 15;
+
+/// Whole numbers up to this one are doubles.
+const MOST_EXACT: i64 = 1 << 53;
 
 /// Moves the mesh so that it lies about its origin where it is far from it. Returns the point of its old coordinates that
 /// is the origin of the new ones.
@@ -49,7 +59,7 @@ pub(super) fn localise(mesh: &mut TriangleMesh) -> Result<(DVec3, Option<PrepWar
     let step_single = f64::from((farthest as f32).next_up()) - f64::from(farthest as f32);
     let warning = if step > COARSE_STEP_REL * radius {
         Some(step)
-    } else if step_single > COARSEST_STEP_REL * radius && lies_on_grid(mesh, step_single) {
+    } else if step_single > COARSE_SINGLE_STEP_REL * radius && lies_on_grid(mesh, step_single) {
         Some(step_single)
     } else {
         None
@@ -60,10 +70,57 @@ pub(super) fn localise(mesh: &mut TriangleMesh) -> Result<(DVec3, Option<PrepWar
     });
     let unit = radius.log2().floor().exp2();
     let origin = (bounds.center / unit).round() * unit;
-    for position in &mut mesh.positions {
-        *position -= origin;
-    }
+    tell_about(mesh, origin);
     Ok((origin, warning))
+}
+
+/// Takes `origin` off all coordinates.
+///
+/// Numbers of a text that have few digits are taken as such: 5400008.83 less 5400000 is 8.83, the number that the text of the
+/// same model at the origin has, though their nearest doubles differ by another.
+pub(super) fn tell_about(mesh: &mut TriangleMesh, origin: DVec3) {
+    if origin == DVec3::ZERO {
+        return;
+    }
+    let as_decimals = (mesh.positions.iter())
+        .map(|p| {
+            let [x, y, z] = [0, 1, 2].map(|k| decimal_difference(p[k], origin[k]));
+            Some(DVec3::new(x?, y?, z?))
+        })
+        .collect::<Option<Vec<DVec3>>>();
+    match as_decimals {
+        Some(positions) => mesh.positions = positions,
+        None => mesh.positions.iter_mut().for_each(|p| *p -= origin),
+    }
+}
+
+/// The double nearest to the difference, where `value` stands for a decimal number of at most [`DECIMAL_DIGITS`] digits; `origin`
+/// must be whole for that.
+fn decimal_difference(value: f64, origin: f64) -> Option<f64> {
+    if origin == 0.0 {
+        return Some(value);
+    }
+    // The shortest digits that stand for this double and no other.
+    let text = format!("{value:e}");
+    let (digits, exponent) = text.split_once('e')?;
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let digits: i64 = format!("{whole}{fraction}").parse().ok()?;
+    if digits.unsigned_abs() >= 10_u64.pow(DECIMAL_DIGITS) {
+        return None;
+    }
+    let behind = fraction.len() as i32 - exponent.parse::<i32>().ok()?;
+    if behind <= 0 {
+        // A whole number.
+        return Some(value - origin);
+    }
+    let scale = 10_i64.checked_pow(behind as u32)?;
+    if origin.fract() != 0.0 || origin.abs() > MOST_EXACT as f64 {
+        return None;
+    }
+    let difference = digits.checked_sub((origin as i64).checked_mul(scale)?)?;
+    let is_exact = difference.abs() <= MOST_EXACT && scale <= MOST_EXACT;
+    // Both are doubles, so that the quotient is the one nearest to the true one.
+    is_exact.then(|| difference as f64 / scale as f64)
 }
 
 /// Whether all coordinates are single-precision numbers, some of which need steps as small as `step`.
@@ -142,11 +199,40 @@ mod tests {
     }
 
     #[test]
+    fn decimals_are_what_they_are_at_the_origin() {
+        let near = ["8.829803", "-12.5", "0.000001", "0", "3e-7", "-0.1", "7"];
+        let numbers = |add: i64| -> Vec<f64> {
+            let add = |text: &str| {
+                let steps = (text.parse::<f64>().unwrap() * 1e7).round() as i64;
+                let all = steps + add * 10_000_000;
+                let sign = if all < 0 { "-" } else { "" };
+                let all = all.unsigned_abs();
+                format!("{sign}{}.{:07}", all / 10_000_000, all % 10_000_000)
+            };
+            near.iter().map(|text| add(text).parse().unwrap()).collect()
+        };
+        let here = numbers(0);
+        for origin in [5_400_000, -500_000, 200, 72] {
+            for (&far, &wanted) in numbers(origin).iter().zip(&here) {
+                assert_eq!(decimal_difference(far, origin as f64), Some(wanted));
+            }
+        }
+        // Subtracting doubles gives another number: what this is for.
+        assert_ne!(5_400_008.829803 - 5_400_000.0, 8.829803);
+        // All digits of a double are no decimal number, nor is there one less a half.
+        assert_eq!(
+            decimal_difference(5_400_000.0 + 1.0 / 3.0, 5_400_000.0),
+            None
+        );
+        assert_eq!(decimal_difference(1000.1, 1000.5), None);
+    }
+
+    #[test]
     fn too_few_digits_are_said_or_refused() {
         let localised = |distance: f64| localise(&mut square(1.0, DVec3::X * distance));
         assert!(matches!(localised(1e9), Ok((_, None))));
-        assert!(matches!(localised(1e11), Ok((_, Some(_)))));
-        assert!(matches!(localised(1e13), Err(MeshFault::TooFar { .. })));
+        assert!(matches!(localised(1e10), Ok((_, Some(_)))));
+        assert!(matches!(localised(1e12), Err(MeshFault::TooFar { .. })));
         let mut single = square(1.0, DVec3::X * 5e4);
         for p in &mut single.positions {
             *p = (*p + DVec3::splat(0.1)).as_vec3().as_dvec3();

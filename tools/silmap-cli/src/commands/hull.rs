@@ -326,9 +326,16 @@ fn as_written(level: &HullLevel, (model, origin): (&TriangleMesh, DVec3), path: 
     };
     if !is_glb && origin != DVec3::ZERO {
         // As its reader finds them again.
-        positions
-            .iter_mut()
-            .for_each(|p| *p = (*p + origin) - origin);
+        let is_stl = (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("stl"));
+        for position in &mut positions {
+            let written = *position + origin;
+            let held = if is_stl {
+                written.as_vec3().as_dvec3()
+            } else {
+                written
+            };
+            *position = held - origin;
+        }
     }
     let hull = TriangleMesh {
         appearance: level.appearance(model),
