@@ -156,6 +156,8 @@ pub fn simplify(
             }
         }
     }
+    let mut most_valence = FIRST_VALENCE;
+    let mut deferred = Vec::new();
     for step in 0_u32.. {
         if work.face_count() <= params.target_faces as usize {
             break;
@@ -164,10 +166,23 @@ pub fn simplify(
             counter.tell((looked_at + mesh.faces.len() - work.face_count()) as u64)?;
         }
         let Some(Reverse(entry)) = queue.pop() else {
-            break;
+            if deferred.is_empty() {
+                break;
+            }
+            most_valence = most_valence.saturating_mul(VALENCE_STEP);
+            queue.extend(deferred.drain(..).map(Reverse));
+            continue;
         };
         let [kept, removed] = entry.ends;
-        if entry.versions != entry.ends.map(|v| work.version(v)) || !work.can_collapse(entry.ends) {
+        if entry.versions != entry.ends.map(|v| work.version(v)) {
+            continue;
+        }
+        let [a, b] = entry.ends.map(|v| work.valence(v));
+        if (a + b).saturating_sub(4) > most_valence {
+            deferred.push(entry);
+            continue;
+        }
+        if !work.can_collapse(entry.ends) {
             continue;
         }
         let both = quadrics[kept as usize].sum(&quadrics[removed as usize]);
@@ -191,6 +206,11 @@ pub fn simplify(
     result.drop_unused_vertices();
     Ok(result)
 }
+
+/// Edges whose vertex would have more faces wait until nothing else is left, and then until [`VALENCE_STEP`] times as many are allowed:
+/// each collapse at a vertex looks at all of its faces, so that a vertex of many takes the square of their number if it goes first.
+const FIRST_VALENCE: u32 = 64;
+const VALENCE_STEP: u32 = 4;
 
 /// Vertices looked at, or edges tried, between one call of the watcher and the next.
 const STEPS_UNWATCHED: u32 = 1024;

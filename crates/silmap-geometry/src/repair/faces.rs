@@ -82,33 +82,34 @@ pub(super) fn remove_duplicates(mesh: &mut TriangleMesh, face_of: &mut Vec<u32>)
 
 /// The face of a group of copies that runs against most of its neighbours, as it should; the first on a tie.
 fn best_oriented(mesh: &TriangleMesh, topology: &Topology, group: &[([u32; 3], u32)]) -> u32 {
+    let edges = topology.face_edges(group[0].1 as usize);
+    let corners = group[0].0;
+    let is_copy = |face: u32| {
+        let mut sorted = mesh.faces[face as usize];
+        sorted.sort_unstable();
+        sorted == corners
+    };
+    // How many more of the others walk each edge from its lower to its higher vertex than back: counted once for all copies, of
+    // which there may be many.
+    let forward = edges.map(|e| {
+        let uses = topology.edge_uses(e as usize).iter();
+        let others = uses.filter(|u| !is_copy(u.face));
+        others
+            .map(|u| if u.is_forward { 1 } else { -1 })
+            .sum::<i64>()
+    });
     let agreement = |face: u32| -> i64 {
-        let edges = topology.face_edges(face as usize);
-        let own = |e: u32| {
-            topology
-                .edge_uses(e as usize)
-                .iter()
-                .find(|u| u.face == face)
-        };
-        edges
-            .iter()
-            .flat_map(|&e| {
-                let own_direction = own(e).map(|u| u.is_forward);
-                topology
-                    .edge_uses(e as usize)
-                    .iter()
-                    .filter(|u| !group.iter().any(|&(_, g)| g == u.face))
-                    .map(move |u| {
-                        if Some(u.is_forward) == own_direction {
-                            -1
-                        } else {
-                            1
-                        }
-                    })
+        let corners = mesh.faces[face as usize];
+        let sides = (0..3).map(|k| (corners[k], corners[(k + 1) % 3]));
+        sides
+            .map(|(from, to)| {
+                let edge = topology.find_edge(from, to);
+                let place = edges.iter().position(|&e| Some(e as usize) == edge);
+                let forward = place.map_or(0, |k| forward[k]);
+                if from < to { -forward } else { forward }
             })
             .sum()
     };
-    debug_assert!(group.iter().all(|&(_, f)| (f as usize) < mesh.faces.len()));
     let mut best = (group[0].1, agreement(group[0].1));
     for &(_, face) in &group[1..] {
         let found = agreement(face);

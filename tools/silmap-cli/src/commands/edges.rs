@@ -10,8 +10,8 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{
-    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Work, chain_loops,
-    walk_around,
+    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Watch, Work,
+    chain_loops, walk_around,
 };
 use silmap_geometry::{Camera, Loop, TriangleMesh};
 
@@ -20,7 +20,10 @@ use crate::camera::CameraJson;
 use crate::files::load_model;
 use crate::interrupt;
 use crate::output::{self, OutputFile};
+use crate::progress::Progress;
 
+/// What the progress bar says while a method prepares itself.
+const BUILDING: &str = "building the search";
 /// Side of the drawing in pixels.
 const DRAWING_PX: u32 = 1024;
 /// How far the eye of a parallel projection's drawing is, in radii: the error is far below a hundredth of a pixel.
@@ -101,14 +104,17 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let method = Method::from(args.method);
     let since = Instant::now();
     let (mut extractor, forest) = match saved {
-        None => (Extractor::new(&mesh, method), None),
+        None => {
+            let build = |watch: &mut Watch<'_>| Extractor::watched(&mesh, method, watch);
+            (Progress::new().count(BUILDING, build)?, None)
+        }
         Some(saved) => {
             let (forest, told) = saved.forest_of(&mesh)?;
             (Extractor::with_forest(&mesh, &forest), Some(told))
         }
     };
     let build_seconds = since.elapsed().as_secs_f64();
-    let measured = measure(&mut extractor, &viewpoints, args.repeat);
+    let measured = measure(&mut extractor, &viewpoints, args.repeat)?;
     let mut edges = measured.edges;
     edges.sort_unstable();
 
@@ -195,7 +201,8 @@ impl<'a> SavedForest<'a> {
                 Ok((forest, told))
             }
             Self::Missing(file) => {
-                let forest = ConeForest::new(mesh);
+                let build = |watch: &mut Watch<'_>| ConeForest::watched(mesh, watch);
+                let forest = Progress::new().count(BUILDING, build)?;
                 let seconds = seconds();
                 let bytes = forest.to_bytes(mesh);
                 file.write(&bytes)?;
@@ -242,7 +249,11 @@ struct Measured {
     seconds_median: f64,
 }
 
-fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32) -> Measured {
+fn measure(
+    extractor: &mut Extractor<'_>,
+    viewpoints: &[Viewpoint],
+    repeat: u32,
+) -> anyhow::Result<Measured> {
     let mut edges = Vec::new();
     let mut last = Work::default();
     let mut times = Vec::with_capacity(viewpoints.len() * repeat as usize);
@@ -250,6 +261,7 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
     for round in 0..repeat {
         extractor.forget();
         for viewpoint in viewpoints {
+            interrupt::check()?;
             let since = Instant::now();
             last = extractor.extract(viewpoint, &mut edges);
             times.push(since.elapsed().as_secs_f64());
@@ -262,7 +274,7 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
     }
     times.sort_by(f64::total_cmp);
     let mean = |sum: usize| sum as f64 / viewpoints.len() as f64;
-    Measured {
+    Ok(Measured {
         edges,
         last,
         walk: WalkJson {
@@ -272,7 +284,7 @@ fn measure(extractor: &mut Extractor<'_>, viewpoints: &[Viewpoint], repeat: u32)
             visited_nodes_mean: mean(visited),
         },
         seconds_median: times[times.len() / 2],
-    }
+    })
 }
 
 /// The camera of a drawing: the model's bounding sphere fits. Parallel projection is drawn from very far away.
