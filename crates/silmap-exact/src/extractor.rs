@@ -120,7 +120,8 @@ impl<'m> Extractor<'m> {
     /// Precomputes what `method` needs.
     #[must_use]
     pub fn new(mesh: &'m EdgeMesh, method: Method) -> Self {
-        Self::watched(mesh, method, &mut unwatched).expect("nobody stops it")
+        let made = Self::watched(mesh, method, &mut unwatched);
+        made.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
     }
 
     /// As [`Self::new`]; `watch` hears how far the work is, where it takes long, and may end it.

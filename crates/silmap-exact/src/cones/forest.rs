@@ -41,7 +41,8 @@ impl ConeForest {
     /// Builds the forest of a mesh: about 10 s for 70,000 faces.
     #[must_use]
     pub fn new(mesh: &EdgeMesh) -> Self {
-        Self::watched(mesh, &mut unwatched).expect("nobody stops it")
+        let built = Self::watched(mesh, &mut unwatched);
+        built.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
     }
 
     /// As [`Self::new`]; `watch` counts edges, looked at and then joined, and may end the work.
