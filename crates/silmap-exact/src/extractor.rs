@@ -10,7 +10,8 @@ use crate::dual::{Division, MovingSilhouette};
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
-use crate::{DirectedEdge, Viewpoint, edge_list};
+use crate::watch::unwatched;
+use crate::{DirectedEdge, Stopped, Viewpoint, Watch, edge_list};
 
 /// How silhouette edges are found. All methods find the same ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -119,18 +120,34 @@ impl<'m> Extractor<'m> {
     /// Precomputes what `method` needs.
     #[must_use]
     pub fn new(mesh: &'m EdgeMesh, method: Method) -> Self {
+        let made = Self::watched(mesh, method, &mut unwatched);
+        made.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
+    }
+
+    /// As [`Self::new`]; `watch` hears how far the work is, where it takes long, and may end it.
+    ///
+    /// # Errors
+    /// When `watch` ends the work.
+    pub fn watched(
+        mesh: &'m EdgeMesh,
+        method: Method,
+        watch: &mut Watch<'_>,
+    ) -> Result<Self, Stopped> {
         let data = match method {
             Method::Brute => MethodData::Brute(Brute::default()),
             Method::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),
             Method::List => MethodData::List,
             Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
             Method::Table => MethodData::Table(EdgeTable::new(mesh)),
-            Method::Cones => return Self::with_forest(mesh, &ConeForest::new(mesh)),
+            Method::Cones => {
+                let forest = ConeForest::watched(mesh, watch)?;
+                return Ok(Self::with_forest(mesh, &forest));
+            }
             Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
             Method::Dual => MovingSilhouette::new(mesh, Division::Octree).into(),
             Method::DualBar => MovingSilhouette::new(mesh, Division::Bar).into(),
         };
-        Self { mesh, data }
+        Ok(Self { mesh, data })
     }
 
     /// Finds edges by [`Method::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found

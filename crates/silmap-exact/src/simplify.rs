@@ -163,6 +163,8 @@ pub fn simplify(
     }
     let mut collapses = Collapses {
         queue: BinaryHeap::new(),
+        deferred: Vec::new(),
+        most_valence: FIRST_VALENCE,
         work,
         quadrics,
         looks: &mut looks,
@@ -218,7 +220,7 @@ fn keep_seams(work: &Shrinking, looks: &Looks, quadrics: &mut [Quadric]) {
                 continue;
             }
             let ends = [v, w].map(|v| work.position(v));
-            for &f in work.faces_at(v) {
+            for f in work.faces_of(v) {
                 let face = work.face(f);
                 if !face.contains(&w) {
                     continue;
@@ -236,6 +238,9 @@ fn keep_seams(work: &Shrinking, looks: &Looks, quadrics: &mut [Quadric]) {
 /// A mesh while its edges are collapsed in the order of their error.
 struct Collapses<'a> {
     queue: BinaryHeap<Reverse<Entry>>,
+    /// Edges whose vertex would have more than `most_valence` faces.
+    deferred: Vec<Entry>,
+    most_valence: u32,
     work: Shrinking,
     quadrics: Vec<Quadric>,
     looks: &'a mut Looks,
@@ -284,10 +289,25 @@ impl Collapses<'_> {
 
     /// Takes the next edge from the queue and collapses it if it can be; tells whether a seam was torn.
     fn step(&mut self) -> Option<bool> {
-        let Reverse(entry) = self.queue.pop()?;
+        let Some(Reverse(entry)) = self.queue.pop() else {
+            if self.deferred.is_empty() {
+                return None;
+            }
+            self.most_valence = self.most_valence.saturating_mul(VALENCE_STEP);
+            self.queue.extend(self.deferred.drain(..).map(Reverse));
+            return Some(false);
+        };
         let (ends, [kept, _]) = (entry.ends, entry.ends);
         let is_stale = entry.versions != ends.map(|v| self.work.version(v));
-        if is_stale || !self.work.can_collapse(ends) {
+        if is_stale {
+            return Some(false);
+        }
+        let [a, b] = ends.map(|v| self.work.valence(v));
+        if (a + b).saturating_sub(4) > self.most_valence {
+            self.deferred.push(entry);
+            return Some(false);
+        }
+        if !self.work.can_collapse(ends) {
             return Some(false);
         }
         let both = self.quadric_of(ends);
@@ -322,6 +342,11 @@ impl Collapses<'_> {
             .filter(move |&p| is_free || self.looks.change(&self.work, ends, p, false).is_some())
     }
 }
+
+/// Edges whose vertex would have more faces wait until nothing else is left, and then until [`VALENCE_STEP`] times as many are allowed:
+/// each collapse at a vertex looks at all of its faces, so that a vertex of many takes the square of their number if it goes first.
+const FIRST_VALENCE: u32 = 64;
+const VALENCE_STEP: u32 = 4;
 
 /// Vertices looked at, or edges tried, between one call of the watcher and the next.
 const STEPS_UNWATCHED: u32 = 1024;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use silmap_geometry::TriangleMesh;
 
-use crate::test_meshes::{bumpy_torus, cube, shaken_torus, torus, voxel_shape};
+use crate::test_meshes::{bicone, bumpy_torus, cube, flat_drum, shaken_torus, torus, voxel_shape};
 use crate::{DirectedEdge, EdgeMesh, Extractor, Method, Viewpoint, silhouette_edges};
 
 /// The definition, edge by edge, with the exact predicate.
@@ -104,6 +104,28 @@ proptest! {
         mesh.positions.iter_mut().for_each(|p| *p += shift);
         let viewpoints: Vec<_> = seeds.iter().map(|&s| special_viewpoint(&mesh, s)).collect();
         check(&mesh, &viewpoints)?;
+    }
+}
+
+#[test]
+fn methods_agree_where_many_faces_meet() {
+    let viewpoints: Vec<Viewpoint> = [
+        // From beside, from above within and without the cone that all faces of one side look to, in the plane of a cap, and
+        // from a corner.
+        Viewpoint::Eye(DVec3::new(3.0, 0.4, 0.2)),
+        Viewpoint::Eye(DVec3::new(0.1, 0.0, 3.0)),
+        Viewpoint::Eye(DVec3::new(2.5, 0.1, 1.0)),
+        Viewpoint::Eye(DVec3::new(1.0, 0.0, 0.0)),
+        Viewpoint::Eye(DVec3::new(0.0, 0.0, 1.0)),
+        Viewpoint::Direction(DVec3::new(0.0, 1.0, 0.0)),
+        Viewpoint::Direction(DVec3::new(0.3, -0.2, 1.0)),
+    ]
+    .into();
+    for sides in [33, 64, 400] {
+        for fan in [bicone, flat_drum] {
+            let most = check(&fan(sides), &viewpoints).expect("all methods agree");
+            assert!(most >= sides as usize, "{most}");
+        }
     }
 }
 

@@ -358,7 +358,7 @@ fn find_defects(mesh: &TriangleMesh) -> Vec<Defect> {
     let [crowded, inconsistent, boundary] = edge_defects(&topology);
     let is_closed = boundary.is_none() && crowded.is_none() && inconsistent.is_none();
     defects.extend(crowded);
-    defects.extend(duplicate_faces(&faces, &proper, &topology));
+    defects.extend(duplicate_faces(&faces, &proper));
     defects.extend(inconsistent);
     defects.extend(boundary);
     defects.extend(split_vertices(&faces, &topology));
@@ -462,24 +462,25 @@ fn connected_pieces(topology: &Topology, chosen: &[usize]) -> usize {
     roots.len()
 }
 
-fn duplicate_faces(faces: &[[u32; 3]], names: &[u32], topology: &Topology) -> Option<Defect> {
-    let (mut count, mut first) = (0, None);
-    for (f, face) in faces.iter().enumerate() {
-        // A twin shares all three edges, so it is among the uses of the first.
-        let twin = topology
-            .edge_uses(topology.face_edges(f)[0] as usize)
-            .iter()
-            .map(|other| other.face as usize)
-            .find(|&g| g < f && faces[g].iter().all(|v| face.contains(v)));
-        if let Some(g) = twin {
-            count += 1;
-            first = first.or(Some((names[f], names[g])));
-        }
-    }
-    first.map(|(face, earlier)| Defect::DuplicateFace {
+fn duplicate_faces(faces: &[[u32; 3]], names: &[u32]) -> Option<Defect> {
+    let mut by_corners: Vec<([u32; 3], usize)> = (faces.iter().enumerate())
+        .map(|(f, face)| {
+            let mut sorted = *face;
+            sorted.sort_unstable();
+            (sorted, f)
+        })
+        .collect();
+    by_corners.sort_unstable();
+    let copies = by_corners.chunk_by(|a, b| a.0 == b.0);
+    // Of each group the first is no copy; the earliest copy of all is told of.
+    let count: usize = copies.clone().map(|group| group.len() - 1).sum();
+    let first = copies
+        .filter_map(|group| Some((group.get(1)?.1, group[0].1)))
+        .min()?;
+    Some(Defect::DuplicateFace {
         count,
-        face,
-        earlier,
+        face: names[first.0],
+        earlier: names[first.1],
     })
 }
 

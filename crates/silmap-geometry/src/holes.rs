@@ -78,14 +78,17 @@ pub fn close_holes(mesh: &mut TriangleMesh) -> HoleReport {
         filler.fill(&rim);
     }
     report.added_faces = mesh.faces.len() - face_count;
-    for vertex in vertex_count..mesh.positions.len() {
-        // A new vertex is told of by the rim of its hole, the first face that uses it.
-        let beside = mesh.faces[face_count..]
-            .iter()
-            .find(|f| f.contains(&(vertex as u32)))
-            .and_then(|f| f.iter().copied().find(|&v| (v as usize) < vertex_count));
-        report.vertex_of.push(beside.unwrap_or(0));
+    // A new vertex is told of by the rim of its hole, the first face that uses it.
+    let mut beside = vec![None; mesh.positions.len() - vertex_count];
+    for face in &mesh.faces[face_count..] {
+        let old = face.iter().copied().find(|&v| (v as usize) < vertex_count);
+        for &v in face {
+            if let Some(place) = (v as usize).checked_sub(vertex_count) {
+                beside[place] = beside[place].or(old);
+            }
+        }
     }
+    (report.vertex_of).extend(beside.iter().map(|old: &Option<u32>| old.unwrap_or(0)));
     split_touching_fans(mesh, face_count, &mut report);
     report.added_vertices = mesh.positions.len() - vertex_count;
     report
@@ -107,6 +110,11 @@ fn trace_loops(mesh: &TriangleMesh, topology: &Topology) -> Vec<Vec<RimVertex>> 
         .collect();
     edges.sort_unstable();
     let mut is_used = vec![false; edges.len()];
+    // Per vertex: its first edge that may be unused; holes in great number may meet in one.
+    let mut first_out = vec![0; mesh.positions.len()];
+    for (e, edge) in edges.iter().enumerate().rev() {
+        first_out[edge.0 as usize] = e;
+    }
     let mut place_on_path = vec![usize::MAX; mesh.positions.len()];
     let mut loops = Vec::new();
     for start in 0..edges.len() {
@@ -130,10 +138,11 @@ fn trace_loops(mesh: &TriangleMesh, topology: &Topology) -> Vec<Vec<RimVertex>> 
                     loops.push(closed);
                 }
             }
-            let first_out = edges.partition_point(|e| e.0 < to);
-            next = (first_out..edges.len())
-                .take_while(|&e| edges[e].0 == to)
-                .find(|&e| !is_used[e]);
+            let at = &mut first_out[to as usize];
+            while edges.get(*at).is_some_and(|e| e.0 == to) && is_used[*at] {
+                *at += 1;
+            }
+            next = edges.get(*at).is_some_and(|e| e.0 == to).then_some(*at);
             if path.is_empty() {
                 break;
             }

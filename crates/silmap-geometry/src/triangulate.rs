@@ -9,7 +9,14 @@
 //! Deviations: corners are chosen by shape, not in order; a polygon need not be plane, it is judged by its projection
 //! along its area vector.
 
+mod remaining;
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use glam::{DVec2, DVec3};
+
+use self::remaining::Remaining;
 
 /// A corner turns if the sine of its angle exceeds this: below, three points count as being on a line.
 const STRAIGHT_SINE: f64 = 1e-12;
@@ -28,7 +35,7 @@ pub fn area_vector(points: &[DVec3]) -> DVec3 {
 
 /// Cuts a polygon into `points.len() − 2` triangles of corner numbers, wound as the polygon; empty below three corners.
 ///
-/// The time is quadratic in the number of corners.
+/// Corners in the way of an ear are found by place: the time grows by the power of 1.5 of their number at most, for long thin ears.
 #[must_use]
 pub fn triangulate_polygon(points: &[DVec3]) -> Vec<[u32; 3]> {
     match points.len() {
@@ -76,37 +83,112 @@ fn triangulate_quad(points: &[DVec3]) -> Vec<[u32; 3]> {
 }
 
 fn cut_ears(points: &[DVec2]) -> Vec<[u32; 3]> {
-    let n = points.len();
-    let mut previous: Vec<usize> = (0..n).map(|i| (i + n - 1) % n).collect();
-    let mut next: Vec<usize> = (0..n).map(|i| (i + 1) % n).collect();
-    let mut is_left: Vec<bool> = vec![true; n];
-    let mut score: Vec<f64> = (0..n)
-        .map(|i| ear_score(points, &next, [previous[i], i, next[i]]))
-        .collect();
-    let mut triangles = Vec::with_capacity(n - 2);
-    while triangles.len() < n - 2 {
-        let best = (0..n)
-            .filter(|&i| is_left[i])
-            .max_by(|&a, &b| score[a].total_cmp(&score[b]).then(b.cmp(&a)))
-            .expect("more than two corners are left");
-        let (before, after) = (previous[best], next[best]);
-        triangles.push([before as u32, best as u32, after as u32]);
-        is_left[best] = false;
-        next[before] = after;
-        previous[after] = before;
-        for i in [before, after] {
-            score[i] = ear_score(points, &next, [previous[i], i, next[i]]);
-        }
-    }
-    triangles
+    Cutter::new(points).cut()
 }
 
-/// How good it is to cut the corner `[before, corner, after]` off now. Positive: a proper ear, the sine of its smallest
+/// A polygon that ears are being cut from.
+struct Cutter<'a> {
+    points: &'a [DVec2],
+    previous: Vec<usize>,
+    next: Vec<usize>,
+    remaining: Remaining<'a>,
+    /// Of each corner how good it is to cut it, as a number that sorts in the same way.
+    rank: Vec<u64>,
+    /// Ranks and corners, best last; some are out of date.
+    heap: BinaryHeap<(u64, Reverse<usize>)>,
+}
+
+impl<'a> Cutter<'a> {
+    fn new(points: &'a [DVec2]) -> Self {
+        let n = points.len();
+        let mut cutter = Self {
+            points,
+            previous: (0..n).map(|i| (i + n - 1) % n).collect(),
+            next: (0..n).map(|i| (i + 1) % n).collect(),
+            remaining: Remaining::new(points),
+            rank: vec![0; n],
+            heap: BinaryHeap::with_capacity(3 * n),
+        };
+        for corner in 0..n {
+            cutter.judge(corner);
+        }
+        cutter
+    }
+
+    fn cut(&mut self) -> Vec<[u32; 3]> {
+        let n = self.points.len();
+        let mut triangles = Vec::with_capacity(n - 2);
+        while triangles.len() < n - 2 {
+            let (rank, Reverse(best)) = self.heap.pop().expect("more than two corners are left");
+            if !self.remaining.has(best) || self.rank[best] != rank {
+                continue;
+            }
+            let (before, after) = (self.previous[best], self.next[best]);
+            triangles.push([before as u32, best as u32, after as u32]);
+            self.remaining.remove(best);
+            self.next[before] = after;
+            self.previous[after] = before;
+            self.judge(before);
+            self.judge(after);
+        }
+        triangles
+    }
+
+    /// Finds out how good it is to cut a corner now.
+    fn judge(&mut self, corner: usize) {
+        let places = [self.previous[corner], corner, self.next[corner]].map(|i| self.points[i]);
+        let rank = rank_of(ear_score(places, &mut self.remaining));
+        self.rank[corner] = rank;
+        self.heap.push((rank, Reverse(corner)));
+    }
+}
+
+/// A number that is larger for a larger score.
+fn rank_of(score: f64) -> u64 {
+    let bits = score.to_bits();
+    if bits >> 63 == 0 {
+        bits | 1 << 63
+    } else {
+        !bits
+    }
+}
+
+/// A triangle that may be cut off, its corners counter-clockwise.
+struct Ear([DVec2; 3]);
+
+impl Ear {
+    fn has_corner_at(&self, p: DVec2) -> bool {
+        self.0.contains(&p)
+    }
+
+    /// Whether a point lies in the triangle or on its rim.
+    fn contains(&self, p: DVec2) -> bool {
+        let [a, b, c] = self.0;
+        (b - a).perp_dot(p - a) >= 0.0
+            && (c - b).perp_dot(p - b) >= 0.0
+            && (a - c).perp_dot(p - c) >= 0.0
+    }
+
+    /// Whether [`Self::contains`] may hold for a point of a box. Rounding keeps order, so that what is computed for the corner
+    /// farthest on an edge's inner side bounds what is computed for any point.
+    fn may_meet(&self, min: DVec2, max: DVec2) -> bool {
+        let [a, b, c] = self.0;
+        [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+            let along = to - from;
+            let farthest = DVec2::new(
+                if along.y > 0.0 { min.x } else { max.x },
+                if along.x > 0.0 { max.y } else { min.y },
+            );
+            along.perp_dot(farthest - from) >= 0.0
+        })
+    }
+}
+
+/// How good it is to cut the middle one of three corners in a row off now. Positive: a proper ear, the sine of its smallest
 /// angle. Zero: a straight corner. Negative: a reflex corner, or one with others inside.
-fn ear_score(points: &[DVec2], next: &[usize], [before, corner, after]: [usize; 3]) -> f64 {
+fn ear_score([a, b, c]: [DVec2; 3], remaining: &mut Remaining<'_>) -> f64 {
     /// Put below every reflex or straight corner's own score.
     const OCCUPIED: f64 = -2.0;
-    let [a, b, c] = [points[before], points[corner], points[after]];
     let lengths = [a.distance(b), b.distance(c), c.distance(a)];
     let longest = lengths.iter().copied().fold(0.0, f64::max);
     let doubled_area = (b - a).perp_dot(c - b);
@@ -126,18 +208,8 @@ fn ear_score(points: &[DVec2], next: &[usize], [before, corner, after]: [usize; 
         let is_reflex = sine < -STRAIGHT_SINE;
         return if is_reflex { sine.max(-1.0) } else { 0.0 };
     }
-    let mut other = next[after];
-    while other != before {
-        let p = points[other];
-        let is_a_corner = p == a || p == b || p == c;
-        if !is_a_corner
-            && (b - a).perp_dot(p - a) >= 0.0
-            && (c - b).perp_dot(p - b) >= 0.0
-            && (a - c).perp_dot(p - c) >= 0.0
-        {
-            return OCCUPIED;
-        }
-        other = next[other];
+    if remaining.any_in(&Ear([a, b, c])) {
+        return OCCUPIED;
     }
     sine
 }
@@ -220,6 +292,84 @@ mod tests {
         assert!(triangulate_polygon(&bow[..2]).is_empty());
     }
 
+    /// The plain way: every ear is looked for among all corners, and every corner that is left is looked for in it.
+    fn cut_plainly(points: &[DVec2]) -> Vec<[u32; 3]> {
+        let mut left: Vec<usize> = (0..points.len()).collect();
+        let score = |left: &[usize], at: usize| {
+            let n = left.len();
+            let ear = [left[(at + n - 1) % n], left[at], left[(at + 1) % n]].map(|i| points[i]);
+            let others: Vec<DVec2> = left.iter().map(|&i| points[i]).collect();
+            ear_score(ear, &mut Remaining::new(&others))
+        };
+        let mut scores: Vec<f64> = (0..left.len()).map(|at| score(&left, at)).collect();
+        let mut triangles = Vec::new();
+        while left.len() > 2 {
+            let n = left.len();
+            let best = (0..n)
+                .max_by(|&a, &b| scores[a].total_cmp(&scores[b]).then(b.cmp(&a)))
+                .unwrap();
+            let ear = [(best + n - 1) % n, best, (best + 1) % n].map(|at| left[at] as u32);
+            triangles.push(ear);
+            left.remove(best);
+            scores.remove(best);
+            let n = left.len();
+            for at in [(best + n - 1) % n, best % n] {
+                scores[at] = score(&left, at);
+            }
+        }
+        triangles
+    }
+
+    /// Any corner inside or on the rim, asked of each.
+    fn any_in_plainly(points: &[DVec2], ear: &Ear) -> bool {
+        let mut points = points.iter();
+        points.any(|&p| !ear.has_corner_at(p) && ear.contains(p))
+    }
+
+    /// A polygon with so many prongs; the corners between them are reflex.
+    fn comb(prongs: usize) -> Vec<DVec2> {
+        let mut points = vec![DVec2::new(prongs as f64, -1.0), DVec2::new(0.0, -1.0)];
+        for i in 0..prongs {
+            let x = i as f64;
+            points.extend([
+                DVec2::new(x, 0.0),
+                DVec2::new(x + 0.3, 40.0),
+                DVec2::new(x + 0.6, 40.0),
+                DVec2::new(x + 0.9, 0.0),
+            ]);
+        }
+        points.reverse();
+        points
+    }
+
+    fn disc(corners: usize) -> Vec<DVec2> {
+        let angle = |i: usize| std::f64::consts::TAU * i as f64 / corners as f64;
+        (0..corners).map(|i| DVec2::from_angle(angle(i))).collect()
+    }
+
+    /// Rays from one place, to which the polygon comes back between any two.
+    fn star(rays: usize) -> Vec<DVec2> {
+        let out = disc(rays);
+        out.iter().flat_map(|&p| [DVec2::ZERO, p]).collect()
+    }
+
+    fn looked_at(points: &[DVec2]) -> usize {
+        let mut cutter = Cutter::new(points);
+        assert_eq!(cutter.cut().len(), points.len() - 2);
+        cutter.remaining.looked_at
+    }
+
+    #[test]
+    fn large_polygons_are_cut_without_looking_at_everything() {
+        for polygon in [|n| comb(n / 4), disc, |n| star(n / 2)] {
+            let (few, many) = (looked_at(&polygon(1_000)), looked_at(&polygon(8_000)));
+            // The power of 1.5, 23 times, with some to spare; the square would be 64 times as much.
+            assert!(many < 32 * few, "{few} for 1000 corners, {many} for 8000");
+        }
+        // What is counted, without a tree over places: every corner for every ear.
+        assert!(looked_at(&disc(1_000)) < 1_000 * 1_000 / 4);
+    }
+
     proptest::proptest! {
         #[test]
         fn a_star_shaped_polygon_keeps_its_area(
@@ -235,6 +385,23 @@ mod tests {
             let whole = 0.5 * area_vector(&points).length();
             let (sum, least) = area(&points, &triangles);
             proptest::prop_assert!((sum - whole).abs() < 1e-9 && least > -1e-12, "{} {} {}", sum, whole, least);
+        }
+
+        #[test]
+        fn ears_are_the_ones_of_the_plain_way(
+            // A coarse grid: many corners on one line, at one place, and crossing sides.
+            corners in proptest::collection::vec((0..7_i32, 0..7_i32), 5..40),
+            shake in 0.0..0.3_f64,
+        ) {
+            let points: Vec<DVec2> = corners.iter().zip(0..).map(|(&(x, y), i)| {
+                let off = if i % 3 == 0 { shake } else { 0.0 };
+                DVec2::new(f64::from(x) + off, f64::from(y))
+            }).collect();
+            proptest::prop_assert_eq!(cut_ears(&points), cut_plainly(&points));
+            let mut remaining = Remaining::new(&points);
+            for ear in points.windows(3).map(|w| Ear([w[0], w[1], w[2]])) {
+                proptest::prop_assert_eq!(remaining.any_in(&ear), any_in_plainly(&points, &ear));
+            }
         }
     }
 }

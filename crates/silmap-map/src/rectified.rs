@@ -3,6 +3,8 @@
 //! Source: Silhouette Mapping, section 5.2, "Epipolar decomposition". Deviation: what a polytope edge allows is prepared once, not
 //! per frame: the two captured silhouettes rectified, cut into chains and sorted. Only the edges used last are kept.
 
+use std::cmp::Reverse;
+
 use glam::{DMat3, DVec3};
 
 use crate::chains::Chains;
@@ -180,6 +182,11 @@ pub(crate) fn object_from_epipolar(frame: &EpipolarFrame) -> DMat3 {
 
 /// How many polytope edges are kept rectified: those around a moving eye, and room for its next triangles.
 const EDGES_KEPT: usize = 32;
+/// Bytes that the pairs of all kept edges may take. Many parts beside each other make so many pairs that 32 edges would take
+/// a gigabyte; fewer are kept then.
+const MOST_PAIR_BYTES: usize = 32 << 20;
+/// The edges of one triangle are kept at any price.
+const LEAST_EDGES_KEPT: usize = 3;
 
 /// The polytope edges used last, rectified.
 #[derive(Clone, Debug, Default)]
@@ -219,7 +226,15 @@ impl EdgeCache {
 
     /// Rectifies a pair in the place of the one that was used longest ago; returns that place.
     fn prepare(&mut self, map: &SilhouetteMap, views: [u32; 2], level: u8) -> usize {
-        if self.edges.len() < EDGES_KEPT {
+        // Places take turns: what one of them needed once another will need.
+        let rooms = self.edges.iter().map(|edge| edge.pair.pair_rows.room());
+        let room = rooms.fold(Room::default(), Room::max);
+        let kept = kept_of(room);
+        if self.edges.len() > kept {
+            self.edges.sort_by_key(|edge| Reverse(edge.last_used));
+            self.edges.truncate(kept);
+        }
+        if self.edges.len() < kept {
             self.edges.push(CachedEdge {
                 views,
                 level,
@@ -240,9 +255,6 @@ impl EdgeCache {
             object_from_loops: object_from_image(&view.camera),
         };
         let [loops_one, loops_two] = &self.captured;
-        // Places take turns: what one of them needed once another will need.
-        let rooms = self.edges.iter().map(|edge| edge.pair.pair_rows.room());
-        let room = rooms.fold(Room::default(), Room::max);
         let edge = &mut self.edges[at];
         (edge.views, edge.level) = (views, level);
         // Room for the largest contours at once, so that places need not grow as other edges come.
@@ -258,6 +270,12 @@ impl EdgeCache {
         let _ = edge.pair.assign(seen, sphere.center, TURN_TANGENT);
         at
     }
+}
+
+/// How many polytope edges are kept when one of them needs so much room.
+fn kept_of(room: Room) -> usize {
+    let affordable = MOST_PAIR_BYTES / room.bytes().max(1);
+    affordable.clamp(LEAST_EDGES_KEPT, EDGES_KEPT)
 }
 
 /// Copies a view's contours at a level of detail with inverse depths, zero where it has none.
@@ -283,5 +301,24 @@ pub(crate) fn assign_contours(
             loops.push(contour.points[k].extend(inverse).extend(0.0));
         }
         loops.close();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fewer_edges_are_kept_when_they_need_much_room() {
+        assert_eq!(kept_of(Room::default()), EDGES_KEPT);
+        let mut kept = Vec::new();
+        for millions in 0..9 {
+            let room = Room::of_corners(millions << 20);
+            kept.push(kept_of(room));
+            let is_within = kept_of(room) * room.bytes() <= MOST_PAIR_BYTES;
+            assert!(is_within || kept_of(room) == LEAST_EDGES_KEPT);
+        }
+        assert!(kept.is_sorted_by(|a, b| a >= b), "{kept:?}");
+        assert_eq!(kept.last(), Some(&LEAST_EDGES_KEPT));
     }
 }

@@ -345,6 +345,27 @@ impl PairRows {
 pub(crate) struct Room([usize; 5]);
 
 impl Room {
+    /// How much memory that is.
+    pub(crate) fn bytes(self) -> usize {
+        let sizes = [
+            size_of::<Part>(),
+            size_of::<Side>(),
+            size_of::<Row>(),
+            size_of::<DVec2>(),
+            size_of::<Corner>(),
+        ];
+        self.0
+            .iter()
+            .zip(sizes)
+            .map(|(count, size)| count * size)
+            .sum()
+    }
+
+    #[cfg(test)]
+    pub(crate) fn of_corners(count: usize) -> Self {
+        Self([0, 0, 0, 0, count])
+    }
+
     /// Room for either.
     pub(crate) fn max(self, other: Self) -> Self {
         Self(std::array::from_fn(|k| self.0[k].max(other.0[k])))

@@ -23,6 +23,7 @@ mod subdivide;
 mod texture_errors;
 mod values;
 
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -40,9 +41,26 @@ fn run(cli: Cli) -> anyhow::Result<()> {
     interrupt::install_handler()?;
     if let Some(threads) = cli.command.threads() {
         rayon::ThreadPoolBuilder::new()
-            .num_threads(threads as usize)
+            .num_threads(threads_of_use(threads as usize))
             .build_global()
             .context("the threads cannot be started")?;
     }
     commands::run(cli.command)
+}
+
+/// A few threads may be asked for on any machine, to see that their number changes nothing.
+const LEAST_CAP: usize = 8;
+/// So many threads for each core do no harm; thousands take many times as long to find nothing to do.
+const THREADS_PER_CORE: usize = 2;
+
+/// As many of the threads asked for as are of use on this machine; the result does not depend on their number.
+fn threads_of_use(wanted: usize) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let most = (THREADS_PER_CORE * cores).max(LEAST_CAP);
+    if wanted > most {
+        output::warn(&format!(
+            "--threads {wanted}: {most} are used, as there are {cores} cores"
+        ));
+    }
+    wanted.min(most)
 }

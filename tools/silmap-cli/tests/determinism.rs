@@ -39,3 +39,22 @@ fn threads_do_not_change_the_bytes() {
         "an option that changes the contours changes nothing"
     );
 }
+
+#[test]
+fn more_threads_than_are_of_use_are_not_started() {
+    let model = fixture().model.to_str().unwrap();
+    let edges = ["edges", model, "--eye", "0,0,9", "--list", "--json"];
+    let with = |threads: &[&str]| {
+        let ended = run(&[&edges[..], threads].concat());
+        assert_eq!(ended.code, 0, "{}", ended.err);
+        ended.err
+    };
+    assert_eq!(with(&["--threads", "2"]), "");
+    let warning = with(&["--threads", "1000"]);
+    let cores = std::thread::available_parallelism().unwrap().get();
+    assert_eq!(
+        warning.contains("--threads 1000"),
+        2 * cores < 1000,
+        "{warning}"
+    );
+}

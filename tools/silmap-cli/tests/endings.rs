@@ -259,6 +259,9 @@ fn interrupted_applications_leave_nothing() {
         &[&["simplify", path(&model), "-o", path(&simple)][..], &few].concat(),
         long,
     );
+    // The search of 200,000 faces takes far longer to build.
+    let cones = ["--eye", "0,0,5", "--method", "cones"];
+    interrupt_after(&[&["edges", path(&model)][..], &cones].concat(), long);
     let from = ["--mask", path(&mask), "--start", path(&start)];
     interrupt_after(
         &[&["align", path(&model), "-o", path(&pose)][..], &from].concat(),

@@ -14,8 +14,9 @@ use std::collections::BinaryHeap;
 use rayon::prelude::*;
 use silmap_geometry::lp::HalfSpace;
 
-use super::cone::{ConePair, Plane, planes_of};
+use super::cone::{ConePair, Plane, normal, planes_of};
 use crate::edge_mesh::EdgeMesh;
+use crate::watch::{Counter, Stopped};
 
 /// Cost of testing a node over that of testing an edge: the paper's k_a/k_e.
 const NODE_COST: f64 = 4.0 / 3.0;
@@ -23,6 +24,11 @@ const NODE_COST: f64 = 4.0 / 3.0;
 const KEEPING_COST: f64 = 1.47;
 /// Distance of the viewpoints that the forest is built for, in bounding-sphere radii.
 const VIEW_DISTANCE: f64 = 3.0;
+/// Joins of roots with more faces are judged by so many of them at most, so that judging a large root's joins does not take the time of
+/// looking at all of its faces for each. Cones always hold all.
+const MOST_JUDGED: usize = 192;
+/// At vertices of more edges not every pair of them is a candidate.
+const MOST_LINKED: usize = 32;
 
 /// A node while the forest is built.
 #[derive(Clone, Debug)]
@@ -34,12 +40,19 @@ pub(super) struct Node {
     pub(super) share: f64,
     /// Faces of the edges of the node and its descendants, sorted; empty once it is no root.
     faces: Vec<u32>,
+    /// Those of them that joins are judged by, when not all are.
+    sketch: Option<Vec<u32>>,
 }
 
 impl Node {
     /// What it costs when it is not culled, without the insides of its children.
     fn own_cost(&self) -> f64 {
         self.edges.len() as f64 + NODE_COST * self.children.len() as f64
+    }
+
+    /// The faces that joins are judged by.
+    fn judged_faces(&self) -> &[u32] {
+        self.sketch.as_ref().unwrap_or(&self.faces)
     }
 }
 
@@ -116,82 +129,114 @@ struct Builder {
     links: Vec<Vec<u32>>,
 }
 
-/// Builds the forest of a mesh.
-pub(super) fn build_forest(mesh: &EdgeMesh) -> BuiltForest {
-    let mut builder = Builder::new(mesh);
-    let mut heap = BinaryHeap::from(builder.first_candidates());
+/// Edges whose joins are looked at by all cores before the watcher is called.
+const EDGES_AT_ONCE: usize = 1 << 11;
+
+/// Builds the forest of a mesh. Edges advance the counter twice, when they are looked at and when they are joined; its steps are faces
+/// whose planes are looked at.
+pub(super) fn build_forest(
+    mesh: &EdgeMesh,
+    counter: &mut Counter<'_, '_>,
+) -> Result<BuiltForest, Stopped> {
+    let mut builder = Builder::new(mesh, counter)?;
+    let mut heap = BinaryHeap::from(builder.first_candidates(counter)?);
     let mut scratch = Scratch::default();
     while let Some(candidate) = heap.pop() {
         let (Some(a), Some(b)) = (builder.node(candidate.a), builder.node(candidate.b)) else {
+            counter.step(1)?;
             continue;
         };
         let joined = builder.apply(candidate, (a, b), &mut scratch);
-        for other in builder.links[joined as usize].clone() {
+        counter.advance(1);
+        let links = std::mem::take(&mut builder.links[joined as usize]);
+        for &other in &links {
             heap.extend(builder.evaluate(joined, other, &mut scratch));
+            counter.step(1 + scratch.planes.len() as u64)?;
         }
+        builder.links[joined as usize] = links;
     }
-    builder.finish(mesh)
+    Ok(builder.finish(mesh))
 }
 
 impl Builder {
-    fn new(mesh: &EdgeMesh) -> Self {
+    fn new(mesh: &EdgeMesh, counter: &mut Counter<'_, '_>) -> Result<Self, Stopped> {
         let planes = planes_of(mesh);
         let edge_count = mesh.edges().len();
-        let nodes: Vec<Node> = (0..edge_count)
-            .into_par_iter()
-            .map_init(Scratch::default, |scratch, edge| {
-                let mut faces = mesh.edge_faces()[edge].to_vec();
-                faces.sort_unstable();
-                let (cones, share) = cones_of(&planes, &faces, scratch);
-                Node {
-                    edges: vec![edge as u32],
-                    children: Vec::new(),
-                    cones,
-                    share,
-                    faces,
-                }
-            })
-            .collect();
+        let node_of = |scratch: &mut Scratch, edge: usize| {
+            let mut faces = mesh.edge_faces()[edge].to_vec();
+            faces.sort_unstable();
+            let (cones, share) = cones_of(&planes, &faces, scratch);
+            Node {
+                edges: vec![edge as u32],
+                children: Vec::new(),
+                cones,
+                share,
+                faces,
+                sketch: None,
+            }
+        };
+        let mut nodes: Vec<Node> = Vec::with_capacity(edge_count);
+        for first in (0..edge_count).step_by(EDGES_AT_ONCE) {
+            counter.tell()?;
+            let some = first..edge_count.min(first + EDGES_AT_ONCE);
+            nodes.par_extend(some.into_par_iter().map_init(Scratch::default, node_of));
+        }
         let is_known = |face: &u32| planes[*face as usize].is_some();
         let node_of_root = nodes
             .iter()
             .enumerate()
             .map(|(edge, node)| node.faces.iter().all(is_known).then_some(edge as u32))
             .collect();
-        Self {
+        Ok(Self {
             nodes,
             node_of_root,
             successor: (0..edge_count as u32).collect(),
             links: links_at_vertices(mesh),
             planes,
-        }
+        })
     }
 
     fn node(&self, root: u32) -> Option<u32> {
         self.node_of_root[root as usize]
     }
 
-    fn first_candidates(&self) -> Vec<Candidate> {
-        (0..self.links.len() as u32)
-            .into_par_iter()
-            .map_init(Scratch::default, |scratch, a| {
-                let later = self.links[a as usize].iter().filter(|&&b| b > a);
-                later
-                    .filter_map(|&b| self.evaluate(a, b, scratch))
-                    .collect::<Vec<_>>()
-            })
-            .flatten_iter()
-            .collect()
+    fn first_candidates(&self, counter: &mut Counter<'_, '_>) -> Result<Vec<Candidate>, Stopped> {
+        let mut candidates = Vec::new();
+        let edge_count = self.links.len();
+        for first in (0..edge_count).step_by(EDGES_AT_ONCE) {
+            counter.tell()?;
+            let some = first as u32..edge_count.min(first + EDGES_AT_ONCE) as u32;
+            counter.advance(some.len() as u64);
+            let links = self.links[first..].iter().take(EDGES_AT_ONCE);
+            counter.step(links.map(|links| links.len() as u64).sum())?;
+            let found = some
+                .into_par_iter()
+                .map_init(Scratch::default, |scratch, a| {
+                    let later = self.links[a as usize].iter().filter(|&&b| b > a);
+                    later
+                        .filter_map(|&b| self.evaluate(a, b, scratch))
+                        .collect::<Vec<_>>()
+                });
+            candidates.par_extend(found.flatten_iter());
+        }
+        Ok(candidates)
     }
 
     /// The best join of two roots, if one saves anything.
     fn evaluate(&self, a: u32, b: u32, scratch: &mut Scratch) -> Option<Candidate> {
         let first = &self.nodes[self.node(a)? as usize];
         let second = &self.nodes[self.node(b)? as usize];
-        merge_sorted(&first.faces, &second.faces, &mut scratch.faces);
-        let faces = std::mem::take(&mut scratch.faces);
-        let (_, share) = cones_of(&self.planes, &faces, scratch);
-        scratch.faces = faces;
+        scratch.planes.clear();
+        let share = if first.cones.is_none() || second.cones.is_none() {
+            // More faces have no cones either.
+            1.0
+        } else {
+            let mut faces = std::mem::take(&mut scratch.faces);
+            merge_sorted(first.judged_faces(), second.judged_faces(), &mut faces);
+            let (_, share) = cones_of(&self.planes, &faces, scratch);
+            scratch.faces = faces;
+            share
+        };
         // What happens more often to what a root holds when the root grows.
         let growth = |node: &Node| (share - node.share) * node.own_cost();
         let (grown_a, grown_b) = (growth(first), growth(second));
@@ -206,7 +251,9 @@ impl Builder {
             .into_iter()
             .min_by(|x, y| x.1.total_cmp(&y.1))
             .expect("there are four options");
-        let saving = NODE_COST - cost;
+        // What rounding decides is a tie: else a large root in a flat region might take in one edge after the other, and look at all of
+        // its faces each time. Of equal joins that of the older roots comes first.
+        let saving = f64::from((NODE_COST - cost) as f32);
         (saving > 0.0).then_some(Candidate { saving, join, a, b })
     }
 
@@ -217,6 +264,9 @@ impl Builder {
             std::mem::take(&mut self.nodes[a as usize].faces),
             std::mem::take(&mut self.nodes[b as usize].faces),
         );
+        for id in [a, b] {
+            self.nodes[id as usize].sketch = None;
+        }
         let mut faces = Vec::with_capacity(first.len() + second.len());
         merge_sorted(&first, &second, &mut faces);
         let (cones, share) = cones_of(&self.planes, &faces, scratch);
@@ -228,6 +278,7 @@ impl Builder {
                     cones: None,
                     share: 1.0,
                     faces: Vec::new(),
+                    sketch: None,
                 });
                 self.nodes.len() as u32 - 1
             }
@@ -249,8 +300,12 @@ impl Builder {
                 a
             }
         };
+        let sketch = cones
+            .filter(|_| faces.len() > MOST_JUDGED)
+            .map(|cones| sketch_of(&faces, &self.planes, &cones));
         let grown = &mut self.nodes[node as usize];
         (grown.cones, grown.share, grown.faces) = (cones, share, faces);
+        grown.sketch = sketch;
         self.node_of_root[join.a as usize] = None;
         self.node_of_root[join.b as usize] = None;
         self.node_of_root.push(Some(node));
@@ -352,7 +407,36 @@ fn cones_of(
     )
 }
 
-/// For each edge, those that share a vertex with it.
+/// Faces that tell most of where the cones of a root and others will be: those that look farthest from the axis, those that keep the
+/// apexes where they are, and some from everywhere.
+fn sketch_of(faces: &[u32], planes: &[Option<Plane>], cones: &ConePair) -> Vec<u32> {
+    const SHARE: usize = MOST_JUDGED / 4;
+    let mut sketch: Vec<u32> = (faces.iter().step_by(faces.len().div_ceil(SHARE)))
+        .copied()
+        .collect();
+    let slacks: [&dyn Fn(&Plane) -> f64; 3] = [
+        &|p| normal(p).dot(cones.axis),
+        &|p| normal(p).dot(cones.front_apex) + p[3],
+        &|p| -normal(p).dot(cones.back_apex) - p[3],
+    ];
+    for slack in slacks {
+        let mut order: Vec<(f64, u32)> = (faces.iter())
+            .filter_map(|&face| planes[face as usize].map(|plane| (slack(&plane), face)))
+            .collect();
+        let compare = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if order.len() > SHARE {
+            order.select_nth_unstable_by(SHARE, compare);
+            order.truncate(SHARE);
+        }
+        sketch.extend(order.iter().map(|(_, face)| face));
+    }
+    sketch.sort_unstable();
+    sketch.dedup();
+    sketch
+}
+
+/// For each edge, those that it may be joined with first: at a vertex of at most [`MOST_LINKED`] edges all others, at one of more
+/// those of the same faces. All pairs there would be the square of their number, and joins of neighbours lead to the rest.
 fn links_at_vertices(mesh: &EdgeMesh) -> Vec<Vec<u32>> {
     let mut at_vertex: Vec<Vec<u32>> = vec![Vec::new(); mesh.positions().len()];
     for (edge, ends) in (0..).zip(mesh.edges()) {
@@ -360,10 +444,16 @@ fn links_at_vertices(mesh: &EdgeMesh) -> Vec<Vec<u32>> {
         at_vertex[ends.to as usize].push(edge);
     }
     (0..)
-        .zip(mesh.edges())
-        .map(|(edge, ends)| {
+        .zip(mesh.edges().iter().zip(mesh.edge_faces()))
+        .map(|(edge, (ends, faces))| {
             let around = [ends.from, ends.to].map(|v| &at_vertex[v as usize]);
-            let mut links: Vec<u32> = around.into_iter().flatten().copied().collect();
+            let few = around.into_iter().filter(|all| all.len() <= MOST_LINKED);
+            let beside = faces.map(|face| mesh.face_edges()[face as usize]);
+            let mut links: Vec<u32> = few
+                .flatten()
+                .chain(beside.as_flattened())
+                .copied()
+                .collect();
             links.sort_unstable();
             links.dedup();
             links.retain(|&other| other != edge);
@@ -384,7 +474,7 @@ fn current(successor: &mut [u32], root: u32) -> u32 {
 }
 
 /// The union of two sorted lists.
-pub(super) fn merge_sorted(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
+fn merge_sorted(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
     out.clear();
     let (mut i, mut j) = (0, 0);
     while i < a.len() && j < b.len() {
@@ -396,3 +486,7 @@ pub(super) fn merge_sorted(a: &[u32], b: &[u32], out: &mut Vec<u32>) {
     out.extend_from_slice(&a[i..]);
     out.extend_from_slice(&b[j..]);
 }
+
+#[cfg(test)]
+#[path = "build_tests.rs"]
+mod tests;

@@ -103,7 +103,7 @@ impl ConePair {
     }
 }
 
-fn normal(plane: &Plane) -> DVec3 {
+pub(super) fn normal(plane: &Plane) -> DVec3 {
     DVec3::new(plane[0], plane[1], plane[2])
 }
 

@@ -4,9 +4,13 @@ use std::ops::Range;
 
 use silmap_geometry::lp::HalfSpace;
 
-use super::build::{BuiltForest, build_forest, merge_sorted};
+use super::build::{BuiltForest, build_forest};
 use super::cone::{ConePair, Plane, planes_of};
-use crate::EdgeMesh;
+use crate::watch::{Counter, unwatched};
+use crate::{EdgeMesh, Stopped, Watch};
+
+/// Faces whose planes are looked at between one call of the watcher and the next: some milliseconds.
+const FACES_UNWATCHED: u64 = 1 << 14;
 
 /// The forest that [`Method::Cones`](crate::Method::Cones) searches: clusters of edges, each with anchored cones from
 /// which all its faces look one way.
@@ -37,7 +41,18 @@ impl ConeForest {
     /// Builds the forest of a mesh: about 10 s for 70,000 faces.
     #[must_use]
     pub fn new(mesh: &EdgeMesh) -> Self {
-        Self::from(build_forest(mesh))
+        let built = Self::watched(mesh, &mut unwatched);
+        built.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
+    }
+
+    /// As [`Self::new`]; `watch` counts edges, looked at and then joined, and may end the work.
+    ///
+    /// # Errors
+    /// When `watch` ends the work.
+    pub fn watched(mesh: &EdgeMesh, watch: &mut Watch<'_>) -> Result<Self, Stopped> {
+        let total = 2 * mesh.edges().len() as u64;
+        let mut counter = Counter::new(watch, total, FACES_UNWATCHED);
+        build_forest(mesh, &mut counter).map(Self::from)
     }
 
     /// Of a node its own edges.
@@ -60,14 +75,10 @@ impl ConeForest {
         for node in (0..self.nodes.len()).rev() {
             let sides = self.edges_of(node).iter();
             let mut faces: Vec<u32> = sides.flat_map(|&e| mesh.edge_faces()[e as usize]).collect();
+            let kept = open.len() - self.nodes[node].child_count as usize;
+            faces.extend(open.drain(kept..).flatten());
             faces.sort_unstable();
             faces.dedup();
-            let kept = open.len() - self.nodes[node].child_count as usize;
-            let mut merged = Vec::new();
-            for below in open.drain(kept..).rev() {
-                merge_sorted(&faces, &below, &mut merged);
-                std::mem::swap(&mut faces, &mut merged);
-            }
             known.clear();
             known.extend(faces.iter().filter_map(|&f| planes[f as usize]));
             self.nodes[node].cones = if known.len() == faces.len() {

@@ -101,7 +101,8 @@ impl Looks {
 
     /// The looks at the ends of an edge on both its sides.
     fn sides(&self, work: &Shrinking, ends: [u32; 2]) -> Option<[[u32; 2]; 2]> {
-        let mut sides = (work.faces_at(ends[0]).iter())
+        let mut sides = work
+            .faces_of(ends[0])
             .filter(|&&f| work.face(f).contains(&ends[1]))
             .map(|&f| ends.map(|v| self.at(work, f, v)));
         Some([sides.next()?, sides.next()?])
@@ -134,7 +135,8 @@ impl Looks {
             if stays[end] {
                 continue;
             }
-            stretched += (work.faces_at(v).iter())
+            stretched += work
+                .faces_of(v)
                 .filter(|&&f| !work.face(f).contains(&ends[other]))
                 .filter(|&&f| parts_here || !of_edge.contains(&self.at(work, f, v)))
                 .count() as u32;
@@ -152,7 +154,7 @@ impl Looks {
         }
         let new = change.sides.map(|side| self.look_at(work, ends, p, side));
         for (end, &v) in ends.iter().enumerate() {
-            for &f in work.faces_at(v) {
+            for f in work.faces_of(v) {
                 let look = &mut self.corners[f as usize][work.corner(f, v)];
                 if let Some(side) = (0..2).find(|&s| change.sides[s][end] == *look) {
                     *look = new[side];
@@ -170,7 +172,7 @@ impl Looks {
         }
         let mut nearest = (f64::INFINITY, None);
         for (&v, look) in ends.iter().zip(side) {
-            for &f in work.faces_at(v) {
+            for f in work.faces_of(v) {
                 if self.at(work, f, v) != look {
                     continue;
                 }

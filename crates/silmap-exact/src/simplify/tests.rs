@@ -6,7 +6,7 @@ use silmap_geometry::{Camera, Mask, Material};
 
 use super::simplify as simplify_watched;
 use super::*;
-use crate::test_meshes::torus;
+use crate::test_meshes::{bicone, flat_drum, torus};
 use crate::{Outliner, silhouette_edges};
 
 fn simplify(
@@ -297,4 +297,21 @@ fn seams_everywhere_are_torn_rather_than_the_goal_missed() {
         "{n_plain} of {}",
         colours.len()
     );
+}
+
+#[test]
+fn a_vertex_of_many_faces_costs_no_more_than_many_vertices() {
+    for fan in [bicone, flat_drum] {
+        let looked_at = |sides: u32| {
+            let mesh = ClosedMesh::try_from(fan(sides)).unwrap();
+            shrinking::LOOKED_AT.set(0);
+            let simple = simplify(&mesh, &[], &params(80)).unwrap();
+            assert!(ClosedMesh::try_from(simple.clone()).is_ok());
+            assert!(simple.faces.len() <= 80, "{} faces", simple.faces.len());
+            shrinking::LOOKED_AT.get()
+        };
+        let (few, many) = (looked_at(500), looked_at(2_000));
+        // Four times as many faces; the square would be sixteen times as much.
+        assert!(many < 6 * few, "{few} and {many}");
+    }
 }

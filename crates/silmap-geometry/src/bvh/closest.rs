@@ -5,11 +5,11 @@
 
 use glam::DVec3;
 
-use super::{Bvh, Stack};
+use super::{Bvh, Stack, look_at};
 
 impl Bvh {
     /// The point of the mesh closest to `p`, its face, and the weights of that face's corners; of several faces at the
-    /// same distance the lowest id.
+    /// same distance the lowest id, but of the faces around a vertex of very many, when that is closest, any one.
     ///
     /// # Panics
     /// If the tree is empty.
@@ -35,7 +35,12 @@ impl Bvh {
                 continue;
             }
             let node = &self.nodes[node as usize];
+            let found = best.is_some().then_some(limit);
+            if self.refine_distance(node, p, near, found) > limit {
+                continue;
+            }
             if node.count > 0 {
+                look_at(node.count);
                 for i in node.leaf() {
                     let corners = self.triangles[i].map(|corner| (corner - p) * self.scale);
                     let weights = closest_weights_to_zero(corners);
@@ -52,7 +57,9 @@ impl Bvh {
             }
             let mut children = [node.first, node.first + 1].map(|id| {
                 let child = &self.nodes[id as usize];
-                (id, distance_to(child.min, child.max))
+                let near = distance_to(child.min, child.max);
+                let found = best.is_some().then_some(limit);
+                (id, self.refine_distance(child, p, near, found))
             });
             if children[0].1 < children[1].1 {
                 children.swap(0, 1);

@@ -9,6 +9,7 @@
 //! touching from crossing.
 
 mod closest;
+mod oriented;
 mod ray;
 mod winding;
 
@@ -17,6 +18,7 @@ use glam::DVec3;
 use crate::TriangleMesh;
 
 pub use closest::closest_weights;
+use oriented::Oriented;
 pub use ray::Hit;
 
 /// Most triangles in a leaf; a few are cheaper to test than another pair of boxes.
@@ -30,10 +32,15 @@ const STACK: usize = 96;
 /// Boxes are widened by this share of their largest coordinate, so that rounding in a query never loses a face.
 const BOX_SLACK_REL: f64 = 4.0 * f64::EPSILON;
 
+/// Stands for "no further bounds".
+const NOT_ORIENTED: u32 = u32::MAX;
+
 /// A box tree over the triangles of a mesh.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<Node>,
+    /// Further bounds of nodes whose boxes are mostly empty.
+    oriented: Vec<Oriented>,
     /// Corners of the faces in leaf order.
     triangles: Vec<[DVec3; 3]>,
     /// Face of the mesh, in leaf order.
@@ -50,6 +57,8 @@ struct Node {
     first: u32,
     /// Triangles of a leaf; zero for an inner node.
     count: u32,
+    /// Place of its further bounds, or [`NOT_ORIENTED`].
+    oriented: u32,
 }
 
 /// A face on its way into the tree.
@@ -90,6 +99,7 @@ impl Bvh {
         };
         let mut bvh = Self {
             nodes: Vec::with_capacity(items.len() / 2 + 1),
+            oriented: Vec::new(),
             triangles: Vec::new(),
             face_ids: Vec::new(),
             scale: power_of_two_inverse(extent),
@@ -102,6 +112,7 @@ impl Bvh {
             max: DVec3::ZERO,
             first: 0,
             count: 0,
+            oriented: NOT_ORIENTED,
         });
         let mut waiting = vec![(0_usize, 0_usize, items.len(), 0_usize)];
         while let Some((node, first, end, depth)) = waiting.pop() {
@@ -127,6 +138,7 @@ impl Bvh {
         }
         bvh.triangles = items.iter().map(|item| item.corners).collect();
         bvh.face_ids = items.iter().map(|item| item.face).collect();
+        bvh.orient();
         bvh
     }
 
@@ -138,7 +150,27 @@ impl Bvh {
 
     /// Calls `visit` with every face whose own box meets the closed box from `min` to `max`, in an order that depends on
     /// the mesh only.
-    pub fn overlapping_faces(&self, min: DVec3, max: DVec3, mut visit: impl FnMut(u32)) {
+    pub fn overlapping_faces(&self, min: DVec3, max: DVec3, visit: impl FnMut(u32)) {
+        self.visit_overlapping((min, max), |_| true, visit);
+    }
+
+    /// As [`Bvh::overlapping_faces`], in the same order, but without faces that are known not to meet the convex hull of `points`.
+    /// Some that do not meet it come along.
+    pub fn faces_near_hull(
+        &self,
+        (min, max): (DVec3, DVec3),
+        points: &[DVec3],
+        visit: impl FnMut(u32),
+    ) {
+        self.visit_overlapping((min, max), |node| self.may_hold(node, points), visit);
+    }
+
+    fn visit_overlapping(
+        &self,
+        (min, max): (DVec3, DVec3),
+        may_hold: impl Fn(&Node) -> bool,
+        mut visit: impl FnMut(u32),
+    ) {
         if self.is_empty() {
             return;
         }
@@ -146,7 +178,7 @@ impl Bvh {
         stack.push(0);
         while let Some(node) = stack.pop() {
             let node = &self.nodes[node as usize];
-            if !boxes_meet(node.min, node.max, min, max) {
+            if !boxes_meet(node.min, node.max, min, max) || !may_hold(node) {
                 continue;
             }
             if node.count == 0 {
@@ -154,6 +186,7 @@ impl Bvh {
                 stack.push(node.first);
                 continue;
             }
+            look_at(node.count);
             for i in node.leaf() {
                 let [a, b, c] = self.triangles[i];
                 if boxes_meet(a.min(b).min(c), a.max(b).max(c), min, max) {
@@ -162,6 +195,21 @@ impl Bvh {
             }
         }
     }
+}
+
+#[cfg(test)]
+thread_local! {
+    /// How many faces this thread's queries have looked at.
+    static LOOKED_AT: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
+/// Tests count the faces that queries look at.
+#[inline(always)]
+fn look_at(faces: u32) {
+    #[cfg(test)]
+    LOOKED_AT.with(|sum| sum.set(sum.get() + faces as usize));
+    #[cfg(not(test))]
+    let _ = faces;
 }
 
 impl Node {

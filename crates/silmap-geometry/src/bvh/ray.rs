@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{Bvh, Stack};
+use super::{Bvh, Node, Stack, look_at};
 use crate::predicates::orient2d;
 
 /// Relative error of a difference of two products, with some to spare.
@@ -31,6 +31,7 @@ pub struct Hit {
 /// A ray prepared for many triangles: the axis it runs along most, and the shear that turns it into that axis.
 pub(super) struct Ray {
     origin: DVec3,
+    direction: DVec3,
     inverse: DVec3,
     axes: [usize; 3],
     shear: DVec2,
@@ -62,6 +63,7 @@ impl Ray {
         };
         Some(Self {
             origin,
+            direction,
             inverse: direction.recip(),
             axes: [x, y, z],
             shear: DVec2::new(direction[x], direction[y]) / direction[z],
@@ -71,7 +73,7 @@ impl Ray {
     }
 
     /// The box's stretch of the ray, clipped to `t_min..=t_max`; `None` when there is none.
-    pub(super) fn enters_box(&self, min: DVec3, max: DVec3, t_min: f64, t_max: f64) -> Option<f64> {
+    fn crosses_box(&self, min: DVec3, max: DVec3, t_min: f64, t_max: f64) -> Option<(f64, f64)> {
         // A zero direction component gives infinities of the right sign. NaN appears only for an origin on the side of a
         // widened box, which the mesh does not reach.
         let a = (min - self.origin) * self.inverse;
@@ -81,7 +83,15 @@ impl Ray {
         near -= near.abs() * SLAB_ERROR_REL;
         far += far.abs() * SLAB_ERROR_REL;
         near = near.max(t_min);
-        (near <= far.min(t_max)).then_some(near)
+        far = far.min(t_max);
+        (near <= far).then_some((near, far))
+    }
+
+    /// Where the ray comes near a node's faces, at the earliest; `None` when it does not.
+    fn enters(&self, (tree, node): (&Bvh, &Node), t_min: f64, t_max: f64) -> Option<f64> {
+        let stretch = self.crosses_box(node.min, node.max, t_min, t_max)?;
+        tree.may_meet(node, (self.origin, self.direction), stretch)
+            .then_some(stretch.0)
     }
 
     pub(super) fn meets(&self, corners: &[DVec3; 3]) -> Option<FaceHit> {
@@ -143,13 +153,14 @@ impl Bvh {
         let mut best: Option<Hit> = None;
         let mut limit = t_max;
         let mut stack = Stack::<(u32, f64)>::new();
-        stack.push((0, ray.enters_box(root.min, root.max, t_min, t_max)?));
+        stack.push((0, ray.enters((self, root), t_min, t_max)?));
         while let Some((node, near)) = stack.pop() {
             if near > limit {
                 continue;
             }
             let node = &self.nodes[node as usize];
             if node.count > 0 {
+                look_at(node.count);
                 for i in node.leaf() {
                     let Some(hit) = ray.meets(&self.triangles[i]) else {
                         continue;
@@ -167,7 +178,7 @@ impl Bvh {
             }
             let mut children = [node.first, node.first + 1].map(|id| {
                 let child = &self.nodes[id as usize];
-                (id, ray.enters_box(child.min, child.max, t_min, limit))
+                (id, ray.enters((self, child), t_min, limit))
             });
             if children[0].1 < children[1].1 {
                 children.swap(0, 1);
@@ -211,10 +222,7 @@ impl Bvh {
         stack.push(0);
         while let Some(node) = stack.pop() {
             let node = &self.nodes[node as usize];
-            if ray
-                .enters_box(node.min, node.max, t_min, f64::INFINITY)
-                .is_none()
-            {
+            if ray.enters((self, node), t_min, f64::INFINITY).is_none() {
                 continue;
             }
             if node.count == 0 {
@@ -222,6 +230,7 @@ impl Bvh {
                 stack.push(node.first);
                 continue;
             }
+            look_at(node.count);
             for i in node.leaf() {
                 if let Some(hit) = ray.meets(&self.triangles[i])
                     && hit.t >= t_min

@@ -215,7 +215,7 @@ pub fn count_self_crossings(mesh: &TriangleMesh) -> u32 {
     for face in 0..mesh.faces.len() {
         let corners = mesh.corners(face);
         let Bounds { low, high } = Bounds::of(corners);
-        tree.overlapping_faces(low, high, |other| {
+        tree.faces_near_hull((low, high), &corners, |other| {
             let is_later = other as usize > face;
             if is_later && triangles_cross(corners, mesh.corners(other as usize)) {
                 count += 1;

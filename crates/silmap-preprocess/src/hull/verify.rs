@@ -177,8 +177,9 @@ impl Look<'_> {
         let [a, b, c] = corners;
         let normal = self.mesh.face_cross(face).normalize_or_zero();
         let mut crossed = Vec::new();
+        let bounds = (a.min(b).min(c), a.max(b).max(c));
         self.hull_tree
-            .overlapping_faces(a.min(b).min(c), a.max(b).max(c), |hull_face| {
+            .faces_near_hull(bounds, &corners, |hull_face| {
                 if triangles_cross(corners, self.hull.corners(hull_face as usize)) {
                     crossed.push(hull_face);
                 }

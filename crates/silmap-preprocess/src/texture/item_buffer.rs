@@ -3,11 +3,19 @@
 //! Pixels are sampled at their centres; a centre on an edge belongs to both faces, and the nearer one wins, or of two
 //! equally near ones the one drawn first. Depth is kept as its reciprocal, which is linear in the image.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, TriangleMesh};
 
 /// Stands for "no face".
 pub(super) const NOTHING: u32 = u32::MAX;
+
+/// Triangles that span at most so many columns are tested pixel by pixel.
+const NARROW_COLUMNS: usize = 8;
+
+/// Up to this distance from the image's corner, pixels, rounding moves an edge's place in a row by far less than a pixel.
+const MOST_SURE_PX: f64 = 1e9;
 
 /// Faces whose doubled image area is below this many square pixels cover no centre worth having.
 const MIN_DOUBLE_AREA_PX2: f64 = 1e-9;
@@ -79,8 +87,15 @@ impl ImageTriangle {
         // Casts of floats saturate, so a triangle far outside gives an empty range.
         let first = |x: f64| (x - 0.5).ceil().max(0.0) as usize;
         let end = |x: f64, size: usize| ((x - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize;
+        let columns = first(low.x)..end(high.x, width);
+        // Rows of narrow triangles are gone through as a whole: the few pixels do not pay for finding fewer.
+        let is_wide = columns.len() > NARROW_COLUMNS && self.has_sure_columns();
         for y in first(low.y)..end(high.y, height) {
-            for x in first(low.x)..end(high.x, width) {
+            let columns = match is_wide {
+                true => self.columns_of_row(y as f64 + 0.5, columns.clone()),
+                false => columns.clone(),
+            };
+            for x in columns {
                 let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                 let weights = [
                     -(c - b).perp_dot(p - b),
@@ -97,6 +112,31 @@ impl ImageTriangle {
                 }
             }
         }
+    }
+
+    /// Whether places of edges in rows are known to far less than a pixel.
+    fn has_sure_columns(&self) -> bool {
+        let largest = |p: &DVec2| p.abs().max_element();
+        self.corners.iter().all(|p| largest(p) < MOST_SURE_PX)
+    }
+
+    /// The columns of a row that may have centres in the triangle, one too many on either side: without it, a needle across the
+    /// image would cost as many pixels as its box.
+    fn columns_of_row(&self, y: f64, columns: Range<usize>) -> Range<usize> {
+        let (mut from, mut to) = (columns.start as f64, columns.end as f64);
+        for k in 0..3 {
+            let (p, q) = (self.corners[k], self.corners[(k + 1) % 3]);
+            let along = q - p;
+            // Where the edge crosses the row; infinite or not a number for one along it, which then bounds nothing.
+            let crossing = p.x + along.x * ((y - p.y) / along.y);
+            if along.y > 0.0 && crossing.is_finite() {
+                from = from.max(crossing - 1.5);
+            } else if along.y < 0.0 && crossing.is_finite() {
+                to = to.min(crossing + 1.5);
+            }
+        }
+        let from = from.max(0.0) as usize;
+        from..(to.max(0.0).ceil() as usize).max(from)
     }
 
     /// Weights of the corners in space from those in the image.
@@ -260,6 +300,43 @@ mod tests {
             count += 1;
         });
         assert!(count > 100, "{count} samples");
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn rows_lose_no_pixel(
+            at in proptest::array::uniform6(-300.0..400.0_f64),
+            // Also with corners on pixel centres, and with edges along rows or columns.
+            step in proptest::sample::select(vec![1e-9, 0.5, 64.0]),
+        ) {
+            let at = at.map(|c| (c / step).round() * step);
+            let corners = [[at[0], at[1]], [at[2], at[3]], [at[4], at[5]]].map(DVec2::from);
+            let vertices = corners.map(|place| ImageVertex { place, inverse_depth: 1.0 });
+            let Some(triangle) = ImageTriangle::of_vertices(vertices) else { return Ok(()) };
+            let camera = camera();
+            let mut found = Vec::new();
+            triangle.visit(&camera, |sample| found.push(sample.pixel));
+            let [a, b, c] = corners;
+            let expected: Vec<usize> = (0..64 * 64)
+                .filter(|k| {
+                    let p = DVec2::new((k % 64) as f64 + 0.5, (k / 64) as f64 + 0.5);
+                    [(b, c), (c, a), (a, b)].into_iter().all(|(s, t)| -(t - s).perp_dot(p - s) >= 0.0)
+                })
+                .collect();
+            proptest::prop_assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn a_needle_costs_its_rows_and_not_its_box() {
+        let needle = ImageTriangle {
+            corners: [[1.0, 1.0], [1000.0, 1001.0], [1000.0, 1000.0]].map(DVec2::from),
+            inverse_depths: [1.0; 3],
+            double_area: 999.0,
+        };
+        assert!(needle.has_sure_columns());
+        let columns = (1..1000).map(|y| needle.columns_of_row(f64::from(y) + 0.5, 1..1000).len());
+        assert!(columns.sum::<usize>() < 6 * 1000);
     }
 
     #[test]

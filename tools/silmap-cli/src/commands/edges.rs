@@ -10,8 +10,8 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{
-    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Work, chain_loops,
-    walk_around,
+    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Watch, Work,
+    chain_loops, walk_around,
 };
 use silmap_geometry::{Camera, Loop, TriangleMesh};
 use silmap_preprocess::input;
@@ -21,8 +21,11 @@ use crate::camera::CameraJson;
 use crate::files::load_model;
 use crate::interrupt;
 use crate::output::{self, OutputFile, Staging};
+use crate::progress::Progress;
 use crate::values::point_text;
 
+/// What the progress bar says while a method prepares itself.
+const BUILDING: &str = "building the search";
 /// Side of the drawing in pixels.
 const DRAWING_PX: u32 = 1024;
 /// How far the eye of a parallel projection's drawing is, in radii: the error is far below a hundredth of a pixel.
@@ -115,16 +118,12 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     };
     let mesh = EdgeMesh::from(&model.mesh);
     let method = Method::from(args.method);
-    let repeat = args.repeat;
-    // Building what is searched may take seconds in which nothing looks at the flag.
-    let extracted =
-        interrupt::unless_stopped(move || extract(&mesh, method, saved, &viewpoints, repeat))??;
     let Extracted {
         measured,
         data_bytes,
         build_seconds,
         forest,
-    } = extracted;
+    } = extract(&mesh, method, saved, &viewpoints, args.repeat)?;
     let forest = match forest {
         Some((told, new)) => {
             if let Some((file, bytes)) = new {
@@ -207,7 +206,10 @@ fn extract(
 ) -> anyhow::Result<Extracted> {
     let since = Instant::now();
     let (mut extractor, forest) = match saved {
-        None => (Extractor::new(mesh, method), None),
+        None => {
+            let build = |watch: &mut Watch<'_>| Extractor::watched(mesh, method, watch);
+            (Progress::new().count(BUILDING, build)?, None)
+        }
         Some(saved) => {
             let (forest, told, new) = saved.forest_of(mesh)?;
             (Extractor::with_forest(mesh, &forest), Some((told, new)))
@@ -260,7 +262,8 @@ impl SavedForest {
                 Ok((forest, told, None))
             }
             Self::Missing(file) => {
-                let forest = ConeForest::new(mesh);
+                let build = |watch: &mut Watch<'_>| ConeForest::watched(mesh, watch);
+                let forest = Progress::new().count(BUILDING, build)?;
                 let seconds = seconds();
                 let bytes = forest.to_bytes(mesh);
                 let told = ForestJson {

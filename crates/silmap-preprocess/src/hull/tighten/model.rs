@@ -9,7 +9,7 @@
 //! predicates on the coordinates as they are stored: the model is connected and does not cross the old faces either, so
 //! it is on the inner side of the new ones as it was of the old ones.
 
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 use silmap_geometry::lp::{self, HalfSpace, Solution};
 use silmap_geometry::predicates::triangles_cross;
 use silmap_geometry::{Bvh, TriangleMesh};
@@ -66,12 +66,10 @@ impl<'a> Model<'a> {
 
     /// Whether a triangle passes through the model's surface.
     pub(super) fn is_crossed_by(&self, corners: [DVec3; 3]) -> bool {
-        let [a, b, c] = corners;
         let mut is_crossed = false;
-        self.tree
-            .overlapping_faces(a.min(b).min(c), a.max(b).max(c), |f| {
-                is_crossed = is_crossed || triangles_cross(corners, self.mesh.corners(f as usize));
-            });
+        self.tree.faces_near_hull(bounds(corners), &corners, |f| {
+            is_crossed = is_crossed || triangles_cross(corners, self.mesh.corners(f as usize));
+        });
         is_crossed
     }
 
@@ -116,7 +114,7 @@ impl<'a> Model<'a> {
         (0..patch.ring.len()).all(|k| !self.find_crossing(patch, k, at))
     }
 
-    /// Collects the vertices of all triangles that an allowed fan may meet.
+    /// Collects the vertices, of triangles that an allowed fan may meet, that may lie beneath it.
     fn gather(&mut self, patch: &Patch) {
         let (low, high) = patch.bounds();
         let reach = DVec3::splat(REACH * patch.radius * (1.0 + 1e-9));
@@ -124,13 +122,23 @@ impl<'a> Model<'a> {
         let high = high.max(patch.origin + reach);
         self.gathering += 1;
         self.points.clear();
-        self.tree.overlapping_faces(low, high, |f| {
+        // Only points at most so deep beneath the fan count: of long faces most have theirs elsewhere.
+        let deep = DVec3::splat(DEEP_REL * patch.radius * (1.0 + 1e-9));
+        let (least, most) = (low - deep, high + deep);
+        let corner = |k: u32| {
+            let side = |axis: u32| (k >> axis & 1) == 1;
+            DVec3::select(BVec3::new(side(0), side(1), side(2)), most, least)
+        };
+        let corners: [DVec3; 8] = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);
+        self.tree.faces_near_hull((low, high), &corners, |f| {
             for v in self.mesh.faces[f as usize] {
                 let taken = &mut self.taken[v as usize];
                 if *taken != self.gathering {
                     *taken = self.gathering;
-                    self.points
-                        .push(self.mesh.positions[v as usize] - patch.origin);
+                    let position = self.mesh.positions[v as usize];
+                    if position.cmpge(least).all() && position.cmple(most).all() {
+                        self.points.push(position - patch.origin);
+                    }
                 }
             }
         });
@@ -199,10 +207,9 @@ impl<'a> Model<'a> {
             patch.radius * UNSURE_REL + patch.origin.abs().max_element() * (8.0 * f64::EPSILON);
         let [p, q] = patch.ring_places[k];
         let face = [p, q, patch.origin + at];
-        let (low, high) = bounds(face);
         let sides = [(from, to), (to, at), (at, from)]
             .map(|(p, q)| (p, normal.cross(q - p).normalize_or_zero()));
-        self.tree.overlapping_faces(low, high, |f| {
+        self.tree.faces_near_hull(bounds(face), &face, |f| {
             let corners = self.mesh.corners(f as usize);
             let local = corners.map(|p| p - patch.origin);
             let heights = local.map(|p| normal.dot(p) - base);

@@ -1,0 +1,55 @@
+//! What building the forest costs where many edges meet.
+
+use super::*;
+use crate::test_meshes::{bicone, flat_drum, torus};
+use crate::watch::unwatched;
+
+/// Links between edges at the beginning, and faces that were looked at in the end.
+fn work(mesh: &silmap_geometry::TriangleMesh) -> (usize, u64) {
+    let mesh = EdgeMesh::new(mesh).expect("the test meshes are manifold");
+    let mut watch = unwatched;
+    let mut counter = Counter::new(&mut watch, 0, 1 << 14);
+    let links = links_at_vertices(&mesh).iter().map(Vec::len).sum();
+    build_forest(&mesh, &mut counter).expect("nobody stops it");
+    (links, counter.steps())
+}
+
+#[test]
+fn edges_at_a_vertex_of_many_are_not_linked_in_pairs() {
+    for fan in [bicone, flat_drum] {
+        let (few, many) = (work(&fan(250)), work(&fan(1_000)));
+        assert!(many.0 <= 5 * few.0, "links: {} and {}", few.0, many.0);
+        // Four times as many faces; n log n with some to spare, and the square would be sixteen times.
+        assert!(many.1 <= 7 * few.1, "faces: {} and {}", few.1, many.1);
+    }
+    // At usual vertices every pair is a candidate.
+    let mesh = EdgeMesh::new(&torus(9, 7)).expect("a torus is manifold");
+    assert!(
+        links_at_vertices(&mesh)
+            .iter()
+            .all(|links| links.len() == 10)
+    );
+}
+
+#[test]
+fn the_work_ends_when_its_watcher_says_so() {
+    let mesh = EdgeMesh::new(&bicone(300)).expect("a bicone is manifold");
+    let mut calls = 0;
+    let mut last = 0;
+    let mut count = |advance: crate::Advance| {
+        assert!(advance.done >= last && advance.done <= advance.total);
+        (calls, last) = (calls + 1, advance.done);
+        true
+    };
+    super::super::ConeForest::watched(&mesh, &mut count).expect("nobody stops it");
+    assert!(calls > 4 && last > 0, "{calls} calls, {last} done");
+    for end in 0..calls {
+        let mut calls = 0;
+        let stopped = super::super::ConeForest::watched(&mesh, &mut |_| {
+            calls += 1;
+            calls <= end
+        });
+        assert_eq!(stopped.err(), Some(Stopped));
+        assert_eq!(calls, end + 1, "it is not asked again");
+    }
+}
