@@ -31,6 +31,8 @@ OPTIONS = (
 ).split()
 # The model that has no time, by its line.
 HURRIED = 150
+# Kubernetes' own schemas, from PyPI.
+SCHEMAS = "1.37.0"
 # Assets that are there when a worker is killed.
 MIDDLE = 60
 
@@ -173,14 +175,15 @@ def check_slurm(silmap, folder, work):
 
 def check_kubernetes(silmap, folder, work):
     """The recipe for Kubernetes: what it says fits together, and the command of its pods with the variables that they get."""
-    try:
-        import yaml
-    except ImportError:
-        target = work / "yaml"
-        subprocess.run([sys.executable, "-m", "pip", "install", "-q", "--target", target, "pyyaml==6.0.3"], check=True)
-        sys.path.insert(0, str(target))
-        import yaml
+    target = work / "kubernetes-validate"
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--target", target]
+    subprocess.run([*install, f"kubernetes-validate=={SCHEMAS}"], check=True)
+    sys.path.insert(0, str(target))
+    import kubernetes_validate
+    import yaml
+
     job = yaml.safe_load((TOOLS / "farm-recipes" / "kubernetes.yaml").read_text())
+    kubernetes_validate.validate(job, SCHEMAS.rsplit(".", 1)[0], strict=True)
     spec, wrong = job["spec"], []
     container = spec["template"]["spec"]["containers"][0]
     environment = {entry["name"]: entry["value"] for entry in container["env"]}

@@ -18,6 +18,10 @@ EXIT_CODES = {"resources": 4, "lost": 4, "failed": 70, "bad-input": 1}
 COLOURS = {"done": "#2a7d3f", "kept": "#5d9c6c", "bad-input": "#b3541e", "resources": "#8a6d00", "failed": "#b3261e", "lost": "#6b2fb3"}
 SLOWEST = 20
 MOST_FAILURES = 500
+# Words of a cell that are not broken.
+SHORT = 16
+# In the order in which a build goes through them.
+STAGES = ["load", "capture", "contours", "map", "hull", "textures", "write"]
 COLUMNS = ["line", "model", "out", "status", "message", "total_seconds", "peak_bytes", "bytes", "exit_code", "hash"]
 
 
@@ -138,7 +142,7 @@ def page(rows, name, facts):
 body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 62rem; padding: 0 1rem; color: #1c1c1c; background: #fff }}
 h1 {{ font-size: 1.5rem }} h2 {{ font-size: 1.1rem; margin-top: 2rem }}
 table {{ border-collapse: collapse; width: 100% }} td, th {{ text-align: left; padding: .25rem .6rem; border-bottom: 1px solid #ddd; vertical-align: top }}
-td.number, th.number {{ text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }} td.name {{ overflow-wrap: anywhere }}
+td.number, th.number {{ text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }} td.short, th {{ white-space: nowrap }} td.name {{ overflow-wrap: anywhere }}
 .tiles {{ display: flex; flex-wrap: wrap; gap: .6rem }} .tile {{ border-left: .4rem solid; padding: .4rem .9rem; background: #f6f6f6 }}
 .tile b {{ font-size: 1.4rem; display: block }} .bar {{ background: #4a7fb5; height: .8rem; display: inline-block }}
 </style>
@@ -176,6 +180,8 @@ def stages(built):
         for stage, seconds in (row["seconds"] or {}).items():
             if stage != "total":
                 sums[stage] = sums.get(stage, 0.0) + seconds
+    # A stage that is not known here comes last.
+    sums = dict(sorted(sums.items(), key=lambda sum: STAGES.index(sum[0]) if sum[0] in STAGES else len(STAGES)))
     most = max(sums.values(), default=0.0)
     if most <= 0.0:
         return ""
@@ -243,7 +249,7 @@ def table(heads, lines, numbers, last=None):
     """An HTML table; `numbers` are the columns of numbers, `last` a column that is HTML already."""
 
     def cell(kind, place, text):
-        name = "number" if place in numbers else "name"
+        name = "number" if place in numbers else "short" if len(str(text)) <= SHORT else "name"
         return f'<{kind} class="{name}">{html.escape(str(text))}</{kind}>'
 
     out = ["<table><tr>", *(cell("th", place, head) for place, head in enumerate(heads)), "</tr>"]

@@ -93,24 +93,29 @@ fn each_model_ends_in_its_own_file_and_line() {
 {"model": "c.ply", "out": "../c.glb"}
 {"model": "c.ply"
 {"model": "c.ply", "options": {"max-error": "2%"}}
+{"model": "b.obj", "out": "a.glb/b"}
+{"model": "b.obj", "options": {"texture-format": "png"}}
 "#;
     let (ended, lines) = build(&folder, list, &[]);
     assert_eq!(ended.code, 1, "{}", ended.err);
     assert!(
         ended
             .err
-            .ends_with("list.jsonl: 3 done, 10 with bad input\n"),
+            .ends_with("list.jsonl: 4 done, 11 with bad input\n"),
         "{}",
         ended.err
     );
     assert_eq!(ended.err.lines().count(), 1, "{}", ended.err);
     let bad = "bad-input";
     let statuses = [
-        "done", bad, "done", bad, bad, bad, bad, bad, bad, bad, bad, bad, "done",
+        "done", bad, "done", bad, bad, bad, bad, bad, bad, bad, bad, bad, "done", bad, "done",
     ];
     assert_eq!(fields(&lines, "status"), statuses);
     let numbers: Vec<u64> = lines.iter().map(|l| l["line"].as_u64().unwrap()).collect();
-    assert_eq!(numbers, [1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14]);
+    assert_eq!(
+        numbers,
+        [1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]
+    );
     for (place, says) in [
         (1, "broken.ply: "),
         (3, "open.obj: "),
@@ -125,6 +130,7 @@ fn each_model_ends_in_its_own_file_and_line() {
         (9, "--keep cannot be more than --views"),
         (10, "line 12: c.ply: \"out\" is ../c.glb"),
         (11, "list.jsonl, line 13: "),
+        (13, "b.obj: the folder "),
     ] {
         let message = lines[place]["message"].as_str().unwrap();
         assert!(
@@ -177,7 +183,7 @@ fn each_model_ends_in_its_own_file_and_line() {
         .iter()
         .filter(|name| name.ends_with(".glb"))
         .collect();
-    assert_eq!(kinds, ["a.glb", "c.glb"]);
+    assert_eq!(kinds, ["a.glb", "b.glb", "c.glb"]);
     assert!(
         assets.iter().all(|name| !name.contains("part")),
         "{assets:?}"

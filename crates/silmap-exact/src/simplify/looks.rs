@@ -103,8 +103,8 @@ impl Looks {
     fn sides(&self, work: &Shrinking, ends: [u32; 2]) -> Option<[[u32; 2]; 2]> {
         let mut sides = work
             .faces_of(ends[0])
-            .filter(|&&f| work.face(f).contains(&ends[1]))
-            .map(|&f| ends.map(|v| self.at(work, f, v)));
+            .filter(|&f| work.face(f).contains(&ends[1]))
+            .map(|f| ends.map(|v| self.at(work, f, v)));
         Some([sides.next()?, sides.next()?])
     }
 
@@ -137,8 +137,8 @@ impl Looks {
             }
             stretched += work
                 .faces_of(v)
-                .filter(|&&f| !work.face(f).contains(&ends[other]))
-                .filter(|&&f| parts_here || !of_edge.contains(&self.at(work, f, v)))
+                .filter(|&f| !work.face(f).contains(&ends[other]))
+                .filter(|&f| parts_here || !of_edge.contains(&self.at(work, f, v)))
                 .count() as u32;
         }
         let is_seam = sides[0] != sides[1];

@@ -52,6 +52,21 @@ pub(super) struct Ended {
     pub(super) warnings: Vec<String>,
 }
 
+impl Ended {
+    /// What came before a process was started.
+    pub(super) fn without_process(status: Status, message: String) -> Self {
+        Self {
+            status,
+            message: Some(message),
+            seconds: json!({"total": 0.0}),
+            peak_bytes: None,
+            exit_code: None,
+            bytes: None,
+            warnings: Vec::new(),
+        }
+    }
+}
+
 impl Ending<'_> {
     pub(super) fn judge(&self) -> Ended {
         let printed = serde_json::from_str(&self.out).unwrap_or(Value::Null);
@@ -100,17 +115,16 @@ impl Ending<'_> {
         }
         let class = self.status.code().map(class_of);
         match class {
-            Some(Ok(ExitClass::BadInput | ExitClass::Usage)) => (Status::BadInput, said),
-            Some(Ok(ExitClass::NoAdapter | ExitClass::Resources)) => (Status::Resources, said),
             Some(Ok(ExitClass::Interrupted)) => (
                 Status::Resources,
                 format!("{model}: its build was interrupted"),
             ),
-            // It says so itself.
-            Some(Ok(ExitClass::Fault)) if !said.is_empty() => {
-                (Status::Failed, format!("{model}: {said}"))
-            }
-            Some(Ok(ExitClass::Fault)) => (Status::Failed, self.fault("exit code 70")),
+            Some(Ok(class)) if said.is_empty() => (
+                Status::of(class),
+                self.fault(&format!("exit code {}", class.code())),
+            ),
+            // It says so itself, and what the files are.
+            Some(Ok(class)) => (Status::of(class), said),
             Some(Err(code)) => (Status::Failed, self.fault(&format!("exit code {code}"))),
             None if self.err.contains(NO_MEMORY) || self.is_near_limit() => {
                 (Status::Resources, self.no_memory())
@@ -209,6 +223,7 @@ mod tests {
             out: PathBuf::from("m.glb"),
             words: Vec::new(),
             meaning: String::new(),
+            files: Vec::new(),
             timeout: None,
             memory,
         };
@@ -300,7 +315,7 @@ mod tests {
                 "silmap: error: a fault",
                 None,
                 Status::Failed,
-                "m.ply: a fault",
+                "a fault",
             ),
             (
                 exit(0),

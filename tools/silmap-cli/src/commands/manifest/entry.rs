@@ -57,6 +57,8 @@ pub(super) struct Entry {
     pub(super) words: Vec<OsString>,
     /// All values that matter to the asset, defaults included, a line each.
     pub(super) meaning: String,
+    /// Files that options name.
+    pub(super) files: Vec<PathBuf>,
     pub(super) timeout: Option<f64>,
     pub(super) memory: Option<u64>,
 }
@@ -191,6 +193,12 @@ impl Entry {
             out: shared.folder.join(&written.out),
             model: written.model,
             meaning: meaning(shared, matches),
+            files: options
+                .values()
+                .flatten()
+                .map(PathBuf::from)
+                .filter(|file| file.is_file())
+                .collect(),
             words,
             timeout: matches.get_one("timeout").copied(),
             memory: matches.get_one("memory").copied(),
@@ -216,7 +224,7 @@ impl Entry {
         }
     }
 
-    /// What the asset depends on: SHA-256 of the version, the options, the model and the files that it names. `None` where the
+    /// What the asset depends on: SHA-256 of the version, the options, the model, and the files that both name. `None` where the
     /// model cannot be read.
     pub(super) fn hash(&self) -> Option<String> {
         let mut hasher = Sha256::new();
@@ -227,6 +235,9 @@ impl Entry {
         ));
         for (name, digest) in companions::digests(&self.path).ok()? {
             hasher.update(format!("{name} {digest}\n"));
+        }
+        for file in &self.files {
+            hasher.update(companions::digest(file).ok()?);
         }
         Some(companions::hex(&hasher.finalize()))
     }

@@ -24,6 +24,7 @@ use crate::args::{ManifestArgs, Shard};
 use crate::exit::ExitClass;
 use crate::interrupt;
 use crate::output;
+use ending::Ended;
 use entry::{Entry, Shared};
 use list::Item;
 use record::{Line, Record, Status};
@@ -157,12 +158,29 @@ fn settle(item: Item, shared: &Shared, resume: bool) -> anyhow::Result<Line> {
     if resume && let Some(line) = record::read(&entry).and_then(|r| r.still_holds(&entry)) {
         return Ok(line.at(item.number));
     }
-    if let Some(folder) = entry.out.parent() {
-        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    if let Err(error) = make_folder_of(&entry) {
+        // In the way may be the asset of another line.
+        let ended = Ended::without_process(Status::of(ExitClass::of(&error)), format!("{error:#}"));
+        return Ok(Line::new(item.number, &entry, None, ended));
     }
     let hash = entry.hash();
     let ended = child::build(&entry)?;
     let line = Line::new(item.number, &entry, hash, ended);
-    Record::of(&line).write(&entry)?;
+    if let Err(error) = Record::of(&line).write(&entry) {
+        // The asset is whole; without a record it is built again another time.
+        output::warn(&format!("{error:#}"));
+    }
     Ok(line)
+}
+
+fn make_folder_of(entry: &Entry) -> anyhow::Result<()> {
+    let folder = entry.out.parent().unwrap_or(Path::new(""));
+    let cannot = || {
+        format!(
+            "{}: the folder {} cannot be made",
+            entry.model,
+            folder.display()
+        )
+    };
+    fs::create_dir_all(folder).with_context(cannot)
 }

@@ -3,8 +3,8 @@
 //! A record appears after its asset, so that an asset without one is built again and never taken for something else.
 
 use std::fs::{self, File};
-use std::io::{BufReader, Read};
-use std::path::PathBuf;
+use std::io::{BufReader, Read, Write};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
@@ -13,6 +13,7 @@ use serde_json::Value;
 use super::ending::Ended;
 use super::entry::Entry;
 use super::list::Refusal;
+use crate::exit::ExitClass;
 
 /// Larger files are no records.
 const MAX_RECORD_BYTES: u64 = 1 << 22;
@@ -31,6 +32,17 @@ pub(super) enum Status {
     Resources,
     /// A fault of ours, to be reported.
     Failed,
+}
+
+impl Status {
+    /// What a process or an error of this class means for its model.
+    pub(super) fn of(class: ExitClass) -> Self {
+        match class {
+            ExitClass::BadInput | ExitClass::Usage => Self::BadInput,
+            ExitClass::NoAdapter | ExitClass::Resources | ExitClass::Interrupted => Self::Resources,
+            ExitClass::Fault => Self::Failed,
+        }
+    }
 }
 
 /// How one model of a list ended, as it is printed.
@@ -131,12 +143,21 @@ impl Record {
         let path = path_of(entry);
         let mut bytes = serde_json::to_vec(self).context("a record cannot be put into JSON")?;
         bytes.push(b'\n');
-        // Not waited for until it is on the disk: a record that is lost costs a build. Always the same name beside it, so that
-        // an end in between leaves nothing that a further run does not take away.
-        let part = path.with_extension("json.part");
         let cannot = || format!("{}: it cannot be written", path.display());
-        fs::write(&part, &bytes).with_context(cannot)?;
-        fs::rename(&part, &path).with_context(cannot)
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".silmap-").suffix(".part");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // What any program's new file gets; the process's mask takes its part away.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let folder = entry.out.parent().unwrap_or(Path::new(""));
+        let mut part = builder.tempfile_in(folder).with_context(cannot)?;
+        part.write_all(&bytes).with_context(cannot)?;
+        // Not waited for until it is on the disk: a record that is lost costs a build.
+        part.persist(&path).with_context(cannot)?;
+        Ok(())
     }
 
     /// What this record says about the model today: its asset is kept, or it is refused again. `None` where it must be built.
