@@ -22,7 +22,7 @@ use thiserror::Error;
 use crate::capture::{Backend, CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
 use crate::hull::{self, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
-use crate::mesh_io::LoadOptions;
+use crate::mesh_io::{AlphaUse, LoadOptions};
 use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
 use crate::recipe::Recipe;
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
