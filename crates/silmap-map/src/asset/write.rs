@@ -23,7 +23,6 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         placement,
     } = asset;
     let mut document = Document::default();
-    document.translation = unless_zero(placement.in_scene)?;
 
     let arrays = hull_mesh::unweld(hull, textures.atlas.as_ref())?;
     let atlas = match &textures.atlas {
@@ -101,6 +100,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             atlas,
         },
     };
+    document.translation = unless_zero(placement.in_scene)?;
     let binary = std::mem::take(&mut document.buffers.binary);
     let mut file = container::join(&document.finish(&extension, binary.len()), &binary)?;
     container::seal(&mut file);
