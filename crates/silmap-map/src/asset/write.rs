@@ -23,7 +23,6 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         placement,
     } = asset;
     let mut document = Document::default();
-    document.translation = unless_zero(placement.in_scene)?;
 
     let arrays = hull_mesh::unweld(hull, textures.atlas.as_ref())?;
     let atlas = match &textures.atlas {
@@ -104,6 +103,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             atlas,
         },
     };
+    document.translation = unless_zero(placement.in_scene)?;
     let binary = std::mem::take(&mut document.buffers.binary);
     // How long the number of bytes is told makes no difference to what it counts.
     let draft = container::join(&document.json(&extension, binary.len()), &binary)?;
