@@ -119,16 +119,11 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         data_bytes,
         build_seconds,
         forest,
+        new_forest,
     } = extracted;
-    let forest = match forest {
-        Some((told, new)) => {
-            if let Some((file, bytes)) = new {
-                staging.add(&file, &bytes)?;
-            }
-            Some(told)
-        }
-        None => None,
-    };
+    if let Some((file, bytes)) = new_forest {
+        staging.add(&file, &bytes)?;
+    }
     let mut edges = measured.edges;
     edges.sort_unstable();
 
@@ -188,8 +183,10 @@ struct Extracted {
     measured: Measured,
     data_bytes: usize,
     build_seconds: f64,
-    /// Of `--forest`, with its bytes where it is new.
-    forest: Option<(ForestJson, Option<(OutputFile, Vec<u8>)>)>,
+    /// Of `--forest`.
+    forest: Option<ForestJson>,
+    /// Where the forest goes, and its bytes, when it is new.
+    new_forest: Option<(OutputFile, Vec<u8>)>,
 }
 
 /// Builds what is searched and extracts from every viewpoint.
@@ -201,11 +198,11 @@ fn extract(
     repeat: u32,
 ) -> anyhow::Result<Extracted> {
     let since = Instant::now();
-    let (mut extractor, forest) = match saved {
-        None => (Extractor::new(mesh, method), None),
+    let (mut extractor, forest, new_forest) = match saved {
+        None => (Extractor::new(mesh, method), None, None),
         Some(saved) => {
             let (forest, told, new) = saved.forest_of(mesh)?;
-            (Extractor::with_forest(mesh, &forest), Some((told, new)))
+            (Extractor::with_forest(mesh, &forest), Some(told), new)
         }
     };
     let build_seconds = since.elapsed().as_secs_f64();
@@ -215,6 +212,7 @@ fn extract(
         measured,
         build_seconds,
         forest,
+        new_forest,
     })
 }
 
