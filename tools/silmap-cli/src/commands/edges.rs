@@ -123,16 +123,11 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         data_bytes,
         build_seconds,
         forest,
+        new_forest,
     } = extract(&mesh, method, saved, &viewpoints, args.repeat)?;
-    let forest = match forest {
-        Some((told, new)) => {
-            if let Some((file, bytes)) = new {
-                staging.add(&file, &bytes)?;
-            }
-            Some(told)
-        }
-        None => None,
-    };
+    if let Some((file, bytes)) = new_forest {
+        staging.add(&file, &bytes)?;
+    }
     let mut edges = measured.edges;
     edges.sort_unstable();
 
@@ -192,8 +187,10 @@ struct Extracted {
     measured: Measured,
     data_bytes: usize,
     build_seconds: f64,
-    /// Of `--forest`, with its bytes where it is new.
-    forest: Option<(ForestJson, Option<(OutputFile, Vec<u8>)>)>,
+    /// Of `--forest`.
+    forest: Option<ForestJson>,
+    /// Where the forest goes, and its bytes, when it is new.
+    new_forest: Option<(OutputFile, Vec<u8>)>,
 }
 
 /// Builds what is searched and extracts from every viewpoint.
@@ -205,14 +202,14 @@ fn extract(
     repeat: u32,
 ) -> anyhow::Result<Extracted> {
     let since = Instant::now();
-    let (mut extractor, forest) = match saved {
+    let (mut extractor, forest, new_forest) = match saved {
         None => {
             let build = |watch: &mut Watch<'_>| Extractor::watched(mesh, method, watch);
-            (Progress::new().count(BUILDING, build)?, None)
+            (Progress::new().count(BUILDING, build)?, None, None)
         }
         Some(saved) => {
             let (forest, told, new) = saved.forest_of(mesh)?;
-            (Extractor::with_forest(mesh, &forest), Some((told, new)))
+            (Extractor::with_forest(mesh, &forest), Some(told), new)
         }
     };
     let build_seconds = since.elapsed().as_secs_f64();
@@ -222,6 +219,7 @@ fn extract(
         measured,
         build_seconds,
         forest,
+        new_forest,
     })
 }
 
