@@ -55,7 +55,7 @@ fn distance(mesh: &TriangleMesh, p: DVec3) -> f64 {
     (0..mesh.faces.len())
         .map(|f| {
             let [a, b, c] = mesh.corners(f);
-            let normal = (b - a).cross(c - a).normalize();
+            let normal = (b - a).cross(c - a).normalize_or_zero();
             let is_above = [(a, b), (b, c), (c, a)]
                 .iter()
                 .all(|&(s, t)| normal.cross(t - s).dot(p - s) >= 0.0);
@@ -123,7 +123,7 @@ fn farthest_outside(hull: &TriangleMesh, model: &TriangleMesh) -> f64 {
                     points.push(a * w[0] + b * w[1] + c * w[2]);
                 }
             }
-            let normal = (b - a).cross(c - a).normalize();
+            let normal = (b - a).cross(c - a).normalize_or_zero();
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
             for g in 0..model.faces.len() {
                 let other = model.corners(g);
@@ -182,7 +182,7 @@ fn check_models(list: &[(&str, u32, f64)]) {
     for &(name, faces, least_ratio) in list {
         let path = folder.join(name);
         if !path.exists() {
-            println!("skipped: {} is not here", path.display());
+            eprintln!("skipped: {} is not here", path.display());
             continue;
         }
         let mesh = mesh_io::load(&path, &LoadOptions::default()).unwrap().mesh;
@@ -193,7 +193,7 @@ fn check_models(list: &[(&str, u32, f64)]) {
                 (sequence.tightened_level(faces as usize, how, &Monitor::silent())).unwrap();
             let report = verify_inner(&level.mesh, mesh.mesh(), &VerifyParams::default());
             let found = farthest_outside(&level.mesh, mesh.mesh());
-            println!(
+            eprintln!(
                 "{name} {how:?}: {:.4}, outside by {found:e}; {report:?}",
                 level.volume_ratio
             );
@@ -276,7 +276,7 @@ fn both_checks_see_what_is_outside() {
     let mut needled = good.clone();
     let [a, b, c] = good.corners(5);
     let middle = (a + b + c) / 3.0;
-    let tip = middle + good.face_cross(5).normalize() * (0.2 * bounds.radius);
+    let tip = middle + good.face_cross(5).normalize_or_zero() * (0.2 * bounds.radius);
     let first = needled.positions.len() as u32;
     needled
         .positions

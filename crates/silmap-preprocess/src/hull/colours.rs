@@ -97,7 +97,7 @@ mod tests {
         for (face, colours) in level.mesh.faces.iter().zip(&appearance.corner_colours) {
             for (&v, colour) in face.iter().zip(colours) {
                 let x = level.mesh.positions[v as usize].x;
-                if x.abs() > 0.4 {
+                if x.abs() > 0.6 {
                     let wanted = if x > 0.0 { [1.0, 0.0] } else { [0.0, 1.0] };
                     let found = [colour[0], colour[2]];
                     assert!(

@@ -272,15 +272,16 @@ mod tests {
             tree: &tree,
         };
         let bounds = model.bounds();
-        let middle = DVec3::new(bounds.max.x - 0.1, 0.0, 0.0);
-        // Along the ring's core, from one body into the other and back.
+        // In both bodies, close beneath the wall of the first; not in line with any vertex.
+        let middle = DVec3::new(bounds.max.x - 0.13, 0.013, 0.007);
         let ring = |size: f64| {
             let corners = [DVec3::Y, DVec3::Z, -DVec3::Y, -DVec3::Z].map(|d| middle + d * size);
             (0..4).map(move |k| [corners[k], corners[(k + 1) % 4]])
         };
         assert!(inside.is_inside(middle));
-        assert!(inside.holds(ring(1e-3), middle - DVec3::X * 0.2));
-        assert!(!inside.holds(ring(1e-3), middle + DVec3::X * 0.2));
+        assert!(inside.holds(ring(1e-3), middle - DVec3::X * 0.02));
+        assert!(inside.holds(ring(1e-3), middle + DVec3::X * 0.06));
+        assert!(!inside.holds(ring(1e-3), middle + DVec3::X * 0.3));
         assert!(!inside.holds(ring(1e-3), middle - DVec3::X * 3.0));
     }
 }

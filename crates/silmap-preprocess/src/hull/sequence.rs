@@ -276,10 +276,11 @@ fn read_collapsed(
         }
         let (ends, points) = (right(body.points()?, by)?, right(body.points()?, by)?);
         let (added_volume, distance) = (body.real()?, body.real()?);
-        if !(added_volume >= 0.0 && added_volume.is_finite()) {
+        let possible = 0.0..=LARGEST_COORDINATE;
+        if !possible.contains(&added_volume) {
             return damaged(format!("{by} takes away a volume of {added_volume:e}"));
         }
-        if !(distance >= 0.0 && (distance * unit).is_finite()) {
+        if !(possible.contains(&distance) && (distance * unit).is_finite()) {
             return damaged(format!("{by} has a distance of {distance:e}"));
         }
         let first = moved.len();
