@@ -19,12 +19,12 @@ import tempfile
 import venv
 
 PYPI = {
-    "trimesh": ["trimesh==4.12.2", "numpy"],
-    "open3d": ["open3d==0.19.0"],
+    "trimesh": ["trimesh==5.2.0", "numpy"],
+    "open3d": ["open3d==0.20.0"],
     "pymeshlab": ["pymeshlab==2025.7.post1"],
-    "bpy": ["bpy==5.3.0"],
+    "bpy": ["bpy==5.0.1"],
 }
-THREE = "three@0.180.0"
+THREE = "three@0.187.0"
 
 # Every writer prints lines `NAME<tab>VOLUME<tab>OPTIONS<tab>COLOUR`; the colour is what is seen from +x, or empty.
 TRIMESH = r"""
@@ -84,7 +84,7 @@ ms = pymeshlab.MeshSet()
 for make, name in ((ms.create_cube, "cube"), (ms.create_torus, "torus"), (ms.create_cone, "cone"), (ms.create_sphere, "ball")):
     make()
     volume = ms.get_geometric_measures()["mesh_volume"]
-    ms.compute_color_by_function_per_face(r="255", g="0", b="0") if hasattr(ms, "compute_color_by_function_per_face") else ms.compute_color_by_function_per_face
+    ms.compute_color_by_function_per_face(r="255", g="0", b="0")
     for kind, how, colour in (
         ("obj", dict(save_face_color=True), ""),
         ("ply", dict(binary=True, save_face_color=True), "red"),
@@ -97,11 +97,10 @@ for make, name in ((ms.create_cube, "cube"), (ms.create_torus, "torus"), (ms.cre
         file = f"meshlab-{name}-{kind}" if "." in kind else f"meshlab-{name}.{kind}"
         ms.save_current_mesh(str(out / file), **how)
         print(file, volume, "", colour, sep="\t")
-    ms.compute_color_by_function_per_vertex(r="0", g="255", b="0")
+    ms.compute_color_by_function_per_vertex(x="0", y="255", z="0")
     for kind in ("off", "ply", "obj"):
         file = f"meshlab-{name}-green.{kind}"
-        more = dict(save_vertex_normal=True) if kind != "off" else dict(save_vertex_normal=True)
-        ms.save_current_mesh(str(out / file), save_vertex_color=True, save_face_color=False, **more)
+        ms.save_current_mesh(str(out / file), save_vertex_color=True, save_face_color=False)
         print(file, volume, "", "green", sep="\t")
 """
 

@@ -164,11 +164,11 @@ fn pairs_of_bodies(
         .map(|&&(.., face)| face)
         .filter(|&f| !is_in_pair[f as usize])
         .collect();
-    for face in 0..mesh.faces.len() {
+    for (face, is_body) in is_body.iter_mut().enumerate() {
         let is_root = bodies.find(face as u32) == face as u32;
-        if is_root && is_body[face] && !singles.is_empty() {
+        if is_root && *is_body && !singles.is_empty() {
             let [a, b, c] = mesh.corners(face);
-            is_body[face] = !is_wound_around(mesh, &singles, (a + b + c) / 3.0);
+            *is_body = !is_wound_around(mesh, &singles, (a + b + c) / 3.0);
         }
     }
     (0..mesh.faces.len() as u32)

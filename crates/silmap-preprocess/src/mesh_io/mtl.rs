@@ -47,8 +47,8 @@ pub(super) struct Painted {
 pub(super) struct Placement {
     offset: [f32; 2],
     scale: [f32; 2],
-    /// Nothing of the picture is repeated.
-    is_clamped: bool,
+    /// Beside the picture there is nothing.
+    pub(super) is_clamped: bool,
 }
 
 impl Default for Placement {

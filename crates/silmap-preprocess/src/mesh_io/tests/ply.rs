@@ -256,7 +256,9 @@ fn ply_strips_are_the_same_in_binary() {
             bytes.extend(field);
         };
         for v in 0..8 {
-            [4, 2, 1].map(|bit| put(f32::from(u8::from(v & bit != 0)).to_le_bytes().to_vec()));
+            for bit in [4, 2, 1] {
+                put(f32::from(u8::from(v & bit != 0)).to_le_bytes().to_vec());
+            }
         }
         put(30_i32.to_le_bytes().to_vec());
         for q in SIDES {
