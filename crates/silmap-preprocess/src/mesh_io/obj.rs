@@ -200,11 +200,6 @@ impl Reader<'_> {
             .iter()
             .map(|c| c.uv.map(|uv| placement.apply(self.uvs[uv as usize])))
             .collect();
-        let is_beside = |uv: &[f32; 2]| uv.iter().any(|x| !(-1e-4..=1.0001).contains(x));
-        if placement.is_clamped && uvs.iter().flatten().any(is_beside) {
-            let what = "a texture with `-clamp on` is repeated where the model reaches beside it";
-            self.raw.ignore(what.to_owned());
-        }
         let look = PolygonLook {
             uvs: uvs.as_deref(),
             colours: None,

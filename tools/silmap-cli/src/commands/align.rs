@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{AlignParams, angle_between, refine_pose};

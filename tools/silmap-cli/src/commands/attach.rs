@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
+use glam::DVec3;
 use serde::Serialize;
 use silmap_map::asset::{self, Triangles};
 use silmap_preprocess::mesh_io;
@@ -32,7 +33,11 @@ pub(crate) fn run(args: &AttachArgs) -> anyhow::Result<()> {
     let from = fs::read(&args.from).with_context(|| named(&args.from))?;
     let file = OutputFile::check(out)?;
     let original = asset::read(&from).with_context(|| named(&args.from))?;
-    let attached = asset::attach(&plain, &from, scene(&args.plain));
+    let attached = asset::attach(
+        &plain,
+        &from,
+        scene(&args.plain, original.placement.in_scene),
+    );
     let attached = attached.with_context(|| named(&args.plain))?;
     // What is written is read once before.
     let asset = asset::read(&attached.file).with_context(|| named(out))?;
@@ -62,9 +67,15 @@ pub(crate) fn run(args: &AttachArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// All triangles of a file, where the reader of meshes can read it: it knows more ways of storing them.
-fn scene(path: &Path) -> Option<Triangles> {
-    let (mesh, _) = mesh_io::read_triangles(path).ok()?;
+/// All triangles of a file about the place of an asset's hull, where the reader of meshes can read it: it knows more ways of storing
+/// them.
+fn scene(path: &Path, hull_origin: DVec3) -> Option<Triangles> {
+    let mesh_io::LoadedTriangles {
+        mut mesh, origin, ..
+    } = mesh_io::read_triangles(path).ok()?;
+    mesh.positions
+        .iter_mut()
+        .for_each(|p| *p += origin - hull_origin);
     Some(Triangles {
         name: "all of the scene".to_owned(),
         positions: mesh.positions,

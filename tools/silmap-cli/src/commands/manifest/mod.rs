@@ -23,7 +23,7 @@ use indicatif::ProgressBar;
 use crate::args::{ManifestArgs, Shard};
 use crate::exit::ExitClass;
 use crate::interrupt;
-use crate::output;
+use crate::output::{self, OutputFolder};
 use ending::Ended;
 use entry::{Entry, Shared};
 use list::Item;
@@ -105,7 +105,9 @@ impl Counts {
 pub(crate) fn run(list: &Path, args: &ManifestArgs) -> anyhow::Result<()> {
     let folder = args.out_dir.as_deref().unwrap_or(Path::new("."));
     let shared = Shared::from_command_line(list, folder)?;
-    output::prepare_folder(folder)?;
+    fs::create_dir_all(folder)
+        .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    OutputFolder::check(folder)?;
     if args.memory.is_some() && !cfg!(target_os = "linux") {
         anyhow::bail!("--memory needs Linux");
     }
