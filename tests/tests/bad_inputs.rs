@@ -294,7 +294,7 @@ fn valid_files_are_read_however_odd() {
     let scattered = "cr-only-header.ply";
     assert_all_listed(&folder, &TRICKY.map(|(name, ..)| name), &[scattered]);
     // 24 vertices as stored, at nine places, of which two differ by rounding.
-    let (mesh, _) = read_triangles(&folder.join(scattered)).unwrap();
+    let mesh = read_triangles(&folder.join(scattered)).unwrap().mesh;
     assert_eq!((mesh.positions.len(), mesh.faces.len()), (9, 12));
     assert_eq!(
         counts(&load(&folder.join(scattered), &PLAIN)),

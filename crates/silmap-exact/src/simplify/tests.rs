@@ -220,7 +220,7 @@ fn painted(n_around: u32, n_across: u32) -> ClosedMesh {
     mesh.appearance.face_materials = vec![0; mesh.faces.len()];
     mesh.appearance.materials = vec![Material {
         base_colour: [1.0; 3],
-        texture: None,
+        ..Material::default()
     }];
     ClosedMesh::try_from(mesh).unwrap()
 }

@@ -92,6 +92,7 @@ fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
             close_holes: true,
             repair: true,
             alpha: AlphaUse::Mask,
+            weld: None,
         };
         close(raw, &options)
     });
