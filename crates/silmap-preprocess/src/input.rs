@@ -160,7 +160,10 @@ mod tests {
             let read = read_within(&bytes[..], expected, 1 << 30, || Some(1 << 30)).unwrap();
             assert_eq!(read, bytes);
         }
-        assert_eq!(read_within(&bytes[..0], 0, 10, || None).unwrap(), Vec::<u8>::new());
+        assert_eq!(
+            read_within(&bytes[..0], 0, 10, || None).unwrap(),
+            Vec::<u8>::new()
+        );
         assert_eq!(
             read_within(&bytes[..10], 10, 10, || None).unwrap().len(),
             10

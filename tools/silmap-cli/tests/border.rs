@@ -237,14 +237,14 @@ fn what_is_read_is_not_replaced_and_no_two_results_are_one_file() {
 fn a_mesh_in_an_assets_place_gets_the_command_that_makes_one() {
     let model = path(&fixture().model);
     let out = scratch("in-place");
-    let (png, folder) = (out.join("a.png"), out.join("report"));
+    let (png, glb, folder) = (out.join("a.png"), out.join("a.glb"), out.join("report"));
     for arguments in [
         vec!["inspect", model],
         vec!["contour", model, "--eye", "0,0,9"],
         vec!["render", model, "--eye", "0,0,9", "-o", path(&png)],
         vec!["evaluate", model, "--model", model],
         vec!["report", model, "--model", model, "-o", path(&folder)],
-        vec!["build", "--from", model, "--keep", "9", "-o", path(&png)],
+        vec!["build", "--from", model, "--keep", "9", "-o", path(&glb)],
     ] {
         let ended = run(&arguments);
         check_one_sentence(&ended, &format!("{arguments:?}"));

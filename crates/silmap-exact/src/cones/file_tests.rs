@@ -77,7 +77,7 @@ fn what_is_no_forest_of_this_mesh_is_refused_by_name() {
     refused(&doubled, "twice");
     doubled[first_edge..first_edge + 4].fill(0xff);
     seal(&mut doubled);
-    refused(&doubled, "place 1 names edge");
+    refused(&doubled, "names edge 4294967295 of");
     let mut childish = bytes.clone();
     childish[36..40].copy_from_slice(&u32::MAX.to_le_bytes());
     seal(&mut childish);

@@ -7,7 +7,9 @@ use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
     TexturePart, WEBP,
 };
-use super::{Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, read, silhouettes};
+use super::{
+    Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, read, references, silhouettes,
+};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///
@@ -73,7 +75,12 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
         build: BuildPart {
             generator: record.generator.clone(),
             options: record.options.clone(),
-            params: record.params.clone(),
+            params: {
+                // As it comes back.
+                let mut params = record.params.clone();
+                references::spell_integers(&mut params);
+                params
+            },
             captured_views: record.captured_views,
             error_curve_view: buffers.push(&paint::encode_curve(&record.error_curve)?),
             uniform_curve_view: match record.uniform_curve.as_slice() {

@@ -142,11 +142,11 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     }
     manifest::end_with_reader(&args.list)?;
     check_usage(args);
-    names::check_asset(args.out())?;
     let file = OutputFile::check(args.out())?;
     if let Some(model) = &args.model {
         file.refuse_to_replace(model);
     }
+    names::check_asset(args.out())?;
     let Some(model_path) = &args.model else {
         return run_from(args, file, started);
     };

@@ -70,7 +70,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         .watch(|monitor| sequence.tightened_within(faces, args.tighten.into(), distance, monitor))
         .with_context(named)?;
     // What is verified is what is written.
-    let Written { hull, moved } = as_written(&level, (&model, origin), &args.out);
+    let Written { given, hull, moved } = as_written(&level, (&model, origin), &args.out);
     let seconds = since.elapsed().as_secs_f64();
     let check = args.verify.then(|| {
         let params = VerifyParams::default();
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
         }
     });
     let mut staging = Staging::default();
-    staging.add(&file, &encode_mesh(&args.out, &hull, origin)?)?;
+    staging.add(&file, &encode_mesh(&args.out, &given, origin)?)?;
     if let Some(file) = &sequence_file {
         staging.add(file, &sequence.to_bytes())?;
     }
@@ -304,6 +304,9 @@ fn strip_of(sequence: &ProgressiveHull, hull: &TriangleMesh) -> anyhow::Result<C
 
 /// A hull as it is written.
 struct Written {
+    /// What the writer is given.
+    given: TriangleMesh,
+    /// What a reader of the file finds.
     hull: TriangleMesh,
     /// Largest distance that rounding moved a vertex, in the model's units.
     moved: f64,
@@ -324,8 +327,12 @@ fn as_written(level: &HullLevel, (model, origin): (&TriangleMesh, DVec3), path: 
     } else {
         (level.mesh.positions.clone(), 0.0)
     };
+    let given = TriangleMesh {
+        appearance: level.appearance(model),
+        positions: positions.clone(),
+        faces: level.mesh.faces.clone(),
+    };
     if !is_glb && origin != DVec3::ZERO {
-        // As its reader finds them again.
         let is_stl = (path.extension()).is_some_and(|e| e.eq_ignore_ascii_case("stl"));
         for position in &mut positions {
             let written = *position + origin;
@@ -338,11 +345,10 @@ fn as_written(level: &HullLevel, (model, origin): (&TriangleMesh, DVec3), path: 
         }
     }
     let hull = TriangleMesh {
-        appearance: level.appearance(model),
         positions,
-        faces: level.mesh.faces.clone(),
+        ..given.clone()
     };
-    Written { hull, moved }
+    Written { given, hull, moved }
 }
 
 fn tell(args: &HullArgs, result: &HullJson) {

@@ -119,7 +119,7 @@ fn options_of_a_texture_move_and_scale_it() {
     assert_eq!(seen("-s 0.5 0.5 1 "), ("bbbb".to_owned(), 0));
     assert_eq!(seen("-s 0.5 0.5 1 -o 0.5 0.5 "), ("gggg".to_owned(), 0));
     assert_eq!(seen("-clamp on -bm 1 -texres 64 "), ("rgby".to_owned(), 0));
-    assert_eq!(seen("-clamp on -s 2 2 ").1, 1);
+    assert_eq!(seen("-clamp on -s 2 2 "), ("ggyy".to_owned(), 0));
     assert_eq!(seen("-mm 0.5 1 "), ("rgby".to_owned(), 1));
 }
 

@@ -123,6 +123,12 @@ impl Ending<'_> {
                 Status::of(class),
                 self.fault(&format!("exit code {}", class.code())),
             ),
+            // What ran short first may have another name, as a thread that has no room for its stack.
+            Some(Ok(ExitClass::Resources))
+                if self.entry.memory.is_some() && !said.contains("memory") =>
+            {
+                (Status::Resources, format!("{}: {said}", self.no_memory()))
+            }
             // It says so itself, and what the files are.
             Some(Ok(class)) => (Status::of(class), said),
             Some(Err(code)) => (Status::Failed, self.fault(&format!("exit code {code}"))),
