@@ -245,7 +245,7 @@ pub fn evaluate_at(
                         method,
                         misclassified,
                         escaped,
-                        inside_px: seen.truth.count() as u64,
+                        inside_px: seen.truth.count(),
                     });
                 }
                 monitor.advance(Stage::Evaluate, 1);

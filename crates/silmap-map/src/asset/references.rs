@@ -116,8 +116,18 @@ pub(super) fn checksum<E>(
         bytes: 0,
         buffer: Vec::new(),
     };
-    sum.object(extension, true, false, fetch)?;
+    sum.object(extension, Place::Root, fetch)?;
     Ok((format!("{:08x}", sum.crc.finalize()), sum.bytes))
+}
+
+/// Where in the extension an object stands.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    /// It is the extension, which holds the checksum.
+    Root,
+    Inside,
+    /// Where no number is an index.
+    Opaque,
 }
 
 struct Sum {
@@ -141,19 +151,18 @@ impl Sum {
     fn object<E>(
         &mut self,
         object: &Map<String, Value>,
-        is_root: bool,
-        is_opaque: bool,
+        place: Place,
         fetch: &mut impl FnMut(Kind, usize, &mut Vec<u8>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.tag(b'o', object.len());
         let mut entries: Vec<(&String, &Value)> = object.iter().collect();
         entries.sort_unstable_by_key(|&(key, _)| key);
         for (key, value) in entries {
-            if is_root && key == CHECKSUM {
+            if place == Place::Root && key == CHECKSUM {
                 continue;
             }
             self.text(key);
-            let is_opaque = is_opaque || key == OPAQUE;
+            let is_opaque = place == Place::Opaque || key == OPAQUE;
             let kind = if is_opaque { None } else { kind_of(key) };
             self.value(value, kind, is_opaque, fetch)?;
         }
@@ -177,7 +186,14 @@ impl Sum {
                     self.value(item, kind, is_opaque, fetch)?;
                 }
             }
-            Value::Object(object) => self.object(object, false, is_opaque, fetch)?,
+            Value::Object(object) => {
+                let place = if is_opaque {
+                    Place::Opaque
+                } else {
+                    Place::Inside
+                };
+                self.object(object, place, fetch)?;
+            }
             Value::Number(number) => match (kind, as_index(number)) {
                 (Some(kind), Some(index)) => {
                     self.buffer.clear();
