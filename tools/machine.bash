@@ -42,6 +42,8 @@ need_rust() {
         return 1
     fi
     need_command cc gcc libc6-dev
+    # The decoder of meshes that meshoptimizer compressed is built from C++.
+    need_command c++ g++
     command -v rustup >/dev/null || return 0
     # Without arguments rustup would rather install than say what is missing, so ask.
     if ! rustup target list --installed 2>/dev/null | grep -qx wasm32-unknown-unknown; then

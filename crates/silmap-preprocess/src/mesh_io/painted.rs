@@ -44,7 +44,7 @@ pub struct PaintedFiles {
 /// The files of a mesh in coordinates about `origin`, in the format that the extension of `path` names: in the files it stands there.
 ///
 /// # Errors
-/// As [`encode`]; when a material library of another program lies where one is to be written.
+/// As [`super::encode`]; when a material library of another program lies where one is to be written.
 pub fn encode_painted(
     path: &Path,
     mesh: &TriangleMesh,
