@@ -5,11 +5,12 @@
 
 Writers: glTF-Transform, gltfpack, three.js, trimesh, Open3D and (with --blender, as it is large) Blender, all pinned, in a throw-away
 folder. The models are boxes with known volume; on textured ones the four quarters of the picture are looked at from +z. Colours are
-skipped with a word where no graphics adapter is, and so is a writer that cannot be installed. Controls: a box of twice the volume
-and a picture turned over must be noticed. Exit code 1 when a model is read wrong.
+skipped with a word where no graphics adapter is, and so is a writer that cannot be installed. Controls: twice the volume, another
+picture and a file that is no model must be noticed. Exit code 1 when a model is read wrong, or with a warning about it.
 """
 import argparse
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -57,6 +58,9 @@ MODELS = {
     "three-skinned.glb": (3, None, EXACT),
 }
 
+# Degrees. The eye is far off, so that it is outside of the bounding sphere of scenes too.
+FIELD = str(2 * math.degrees(math.atan(0.94 / 39.5)))
+
 failed = []
 
 
@@ -86,9 +90,9 @@ def picture(path):
 
 
 def volume_of(silmap, model, folder):
-    """The volume, or the sentence that refuses the model; and the warnings."""
+    """The volume, or the sentence that refuses the model; and the warnings about it, not those about the hull that is written."""
     done = run([silmap, "hull", model, "--faces", "1000000", "--json", "-o", folder / "hull.obj"])
-    warnings = [line for line in done.stderr.splitlines() if "warning" in line]
+    warnings = [line for line in done.stderr.splitlines() if f"warning: {model}:" in line]
     if done.returncode != 0:
         return done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit code {done.returncode}", warnings
     return json.loads(done.stdout)["original_volume"], warnings
@@ -99,14 +103,14 @@ def quarters_of(silmap, model, folder):
     from PIL import Image
 
     path = folder / "seen.png"
-    done = run([silmap, "render", "--mode", "original", "--model", model, "--eye=0,0,4", "--target=0,0,0", "--fov", "30",
+    done = run([silmap, "render", "--mode", "original", "--model", model, "--eye=0,0,40", "--target=0,0,0", "--fov", FIELD,
                 "--size", "256x256", "-o", path])
     if done.returncode == 3:
         return None
     if done.returncode != 0:
         return done.stderr.strip()
     image = Image.open(path).convert("RGB")
-    # 3.5 in front of the side, half of the picture is 3.5 · tan 15° high.
+    # Half of the picture is 0.94 high where the side is.
     at = [(x, y) for y in (101, 155) for x in (101, 155)]
     names = {(1, 0, 0): "r", (0, 1, 0): "g", (0, 0, 1): "b", (1, 1, 0): "y", (1, 1, 1): "w"}
     seen = ""
@@ -116,14 +120,16 @@ def quarters_of(silmap, model, folder):
     return seen
 
 
-def check(silmap, model, wanted, folder):
+def faults(silmap, model, wanted, folder):
+    """What is wrong with a model as it is read: of its volume, of its colours; each None where nothing is."""
     volume, quarters, tolerance = wanted
     found, warnings = volume_of(silmap, model, folder)
     if isinstance(found, str):
-        report(False, model.name, found)
-        return
-    is_right = abs(found - volume) <= tolerance * volume and not warnings
-    report(is_right, model.name, f"volume {found:.6g} for {volume}" + "".join(f"; {w}" for w in warnings))
+        return found, None
+    of_volume = None
+    if abs(found - volume) > tolerance * volume or warnings:
+        of_volume = "".join([f"volume {found:.6g} for {volume}", *(f"; {w}" for w in warnings)])
+    of_colours = None
     if quarters is not None:
         seen = quarters_of(silmap, model, folder)
         if seen is None:
@@ -131,9 +137,18 @@ def check(silmap, model, wanted, folder):
                 said.add("adapter")
                 skip("colours: there is no graphics adapter")
         else:
-            report(seen == quarters, f"{model.name}, colours", f"{seen} for {quarters}")
+            looked_at.append(model.name)
+            of_colours = None if seen == quarters else f"{seen} for {quarters}"
+    return of_volume, of_colours
 
 
+def check(silmap, model, wanted, folder):
+    found = [fault for fault in faults(silmap, model, wanted, folder) if fault is not None]
+    checked.append(model.name)
+    report(not found, model.name, "; ".join(found))
+
+
+checked, looked_at = [], []
 said = set()
 
 
@@ -220,7 +235,7 @@ def with_trimesh(silmap, folder, out):
     box.export(out / "trimesh-box.glb")
     scene.export(out / "trimesh-scene.glb")
     files = out / "trimesh"
-    files.mkdir()
+    files.mkdir(exist_ok=True)
     for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(box)).items():
         (files / name).write_bytes(data)
     painted = trimesh.load(out / "transform-plain.glb", force="mesh", process=False) if (out / "transform-plain.glb").exists() else None
@@ -291,10 +306,15 @@ def inside(silmap, folder, has_open3d, has_blender):
 
 def controls(silmap, folder, out):
     """What is wrong must be noticed."""
-    found, _ = volume_of(silmap, out / "transform-morph.glb", folder)
-    report(abs(found - 1) > ROUGH, "control: another volume is noticed")
-    seen = quarters_of(silmap, out / "transform-offset.glb", folder)
-    report(seen is None or seen != UPRIGHT, "control: a picture that was moved is noticed")
+    of_volume, _ = faults(silmap, out / "transform-morph.glb", (1, None, ROUGH), folder)
+    report(of_volume is not None, "control: twice the volume is noticed", of_volume or "")
+    of_volume, _ = faults(silmap, folder / "quarters.png", (1, None, ROUGH), folder)
+    report(of_volume is not None, "control: what is no model is noticed", of_volume or "")
+    if "adapter" in said:
+        return
+    for model in ("transform-offset.glb", "transform-mirrored.glb"):
+        _, of_colours = faults(silmap, out / model, (1, UPRIGHT, ROUGH), folder)
+        report(of_colours is not None, f"control: another picture is noticed, {model}", of_colours or "")
 
 
 def main():
@@ -307,8 +327,8 @@ def main():
     silmap = arguments.silmap.resolve()
     if arguments.inside is not None:
         inside(silmap, arguments.keep.resolve(), "o" in arguments.inside, "b" in arguments.inside)
-        print(f"{len(failed)} wrong")
-        return 1 if failed else 0
+        print(f"{len(checked)} models read, colours of {len(set(looked_at))} looked at; {len(failed)} wrong")
+        return 1 if failed or not checked else 0
     if arguments.keep:
         arguments.keep.mkdir(parents=True, exist_ok=True)
         return enter(silmap, arguments.keep.resolve(), arguments.blender)
