@@ -123,6 +123,11 @@ pub fn segment_pierces_triangle(p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]) -> bo
     if to == 0.0 || (from > 0.0) == (to > 0.0) {
         return false;
     }
+    line_meets_triangle(p, q, [a, b, c])
+}
+
+/// Whether the line through `p` and `q`, which lie on different sides of a triangle's plane, meets the closed triangle.
+fn line_meets_triangle(p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     let turns = [
         side_of_plane(p, q, a, b),
         side_of_plane(p, q, b, c),
@@ -135,13 +140,35 @@ pub fn segment_pierces_triangle(p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]) -> bo
 /// lie in one plane, do not cross.
 #[must_use]
 pub fn triangles_cross(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
-    let edges = |t: [DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
-    edges(first)
-        .iter()
-        .any(|&[p, q]| segment_pierces_triangle(p, q, second))
-        || edges(second)
-            .iter()
-            .any(|&[p, q]| segment_pierces_triangle(p, q, first))
+    // A corner at a place of the other's is on its plane: rounding cannot tell, and an exact answer would take long.
+    let sides = |[a, b, c]: [DVec3; 3], p: DVec3| match p == a || p == b || p == c {
+        true => (0.0, true),
+        false => (side_of_plane(a, b, c, p), false),
+    };
+    // Where one has no corner beyond the other's plane, and none on it but corners of both, no edge of either goes through the other:
+    // in that plane there is nothing of the one but what both share. Its first corners mostly tell whether that may be so.
+    let of_second = second.map(|p| sides(first, p));
+    let is_beside = |sides: &[(f64, bool); 3]| {
+        let all = |is_there: fn(f64) -> bool| {
+            sides.iter().all(|&(s, is_shared)| is_there(s) || is_shared)
+        };
+        sides.iter().any(|&(s, _)| s != 0.0) && (all(|s| s > 0.0) || all(|s| s < 0.0))
+    };
+    if is_beside(&of_second) {
+        return false;
+    }
+    let of_first = first.map(|p| sides(second, p));
+    if is_beside(&of_first) {
+        return false;
+    }
+    let is_pierced = |t: [DVec3; 3], sides: [(f64, bool); 3], other: [DVec3; 3]| {
+        [(0, 1), (1, 2), (2, 0)].into_iter().any(|(i, k)| {
+            let (from, to) = (sides[i].0, sides[k].0);
+            let is_across = (from > 0.0 && to < 0.0) || (from < 0.0 && to > 0.0);
+            is_across && line_meets_triangle(t[i], t[k], other)
+        })
+    };
+    is_pierced(first, of_first, second) || is_pierced(second, of_second, first)
 }
 
 /// Whether two triangles have no point in common, as far as this tells: never for triangles that meet, and nearly always for
@@ -187,6 +214,30 @@ mod tests {
         assert!(side_of_plane(a, b, c, -DVec3::Z) < 0.0);
         assert_eq!(side_of_plane(a, b, c, DVec3::new(7.0, -3.0, 0.0)), 0.0);
         assert!(orient2d(DVec2::ZERO, DVec2::X, DVec2::Y) > 0.0);
+    }
+
+    /// Corners on a coarse grid, so that shared corners, common planes and triangles without area come up.
+    fn grid_triangle() -> impl Strategy<Value = [DVec3; 3]> {
+        let place = (-2..=2, -2..=2, -2..=2)
+            .prop_map(|(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * 0.1);
+        [place.clone(), place.clone(), place]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+        #[test]
+        fn crossing_is_an_edge_through_the_other(first in grid_triangle(), mut second in grid_triangle(), shared in 0..4_usize) {
+            for k in 0..shared.min(2) {
+                second[k] = first[k];
+            }
+            let edges = |t: [DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+            let goes_through = |one, other| {
+                edges(one).iter().any(|&[p, q]| segment_pierces_triangle(p, q, other))
+            };
+            let expected = goes_through(first, second) || goes_through(second, first);
+            prop_assert_eq!(triangles_cross(first, second), expected);
+        }
     }
 
     #[test]
