@@ -29,6 +29,9 @@ const VIEW_DISTANCE: f64 = 3.0;
 const MOST_JUDGED: usize = 192;
 /// At vertices of more edges not every pair of them is a candidate.
 const MOST_LINKED: usize = 32;
+/// So many links of a root are kept, spread evenly: those beside a large one know it by their own, so that it need not look at all of them
+/// each time it grows.
+const MOST_KEPT: usize = 64;
 
 /// A node while the forest is built.
 #[derive(Clone, Debug)]
@@ -320,6 +323,12 @@ impl Builder {
         links.sort_unstable();
         links.dedup();
         links.retain(|&link| link != root && self.node_of_root[link as usize].is_some());
+        if links.len() > MOST_KEPT {
+            let count = links.len();
+            links = (0..MOST_KEPT)
+                .map(|k| links[k * count / MOST_KEPT])
+                .collect();
+        }
         self.links.push(links);
         root
     }

@@ -31,6 +31,43 @@ fn edges_at_a_vertex_of_many_are_not_linked_in_pairs() {
     );
 }
 
+/// A comb of many prongs between two planes: all edges of a flat lid are one root's neighbours.
+fn comb(prongs: u32) -> silmap_geometry::TriangleMesh {
+    let mut outline = vec![[-1.0, -0.2], [1.0, -0.2]];
+    let step = 2.0 / f64::from(prongs);
+    for k in (0..prongs).rev() {
+        let x = -1.0 + f64::from(k) * step;
+        outline.extend([[x + 0.7 * step, 0.0], [x + 0.5 * step, 1.0]]);
+        outline.extend([[x + 0.2 * step, 1.0], [x, 0.0]]);
+    }
+    let n = outline.len() as u32;
+    let mut lid = Vec::new();
+    for a in (2..n).step_by(4) {
+        // The spine as a fan, and the prong.
+        lid.extend([[0, a - 1, a], [0, a, a + 3]]);
+        lid.extend([[a, a + 1, a + 2], [a, a + 2, a + 3]]);
+    }
+    let mut mesh = silmap_geometry::TriangleMesh::default();
+    for z in [-0.1, 0.1] {
+        let points = outline.iter().map(|&[x, y]| glam::DVec3::new(x, y, z));
+        mesh.positions.extend(points);
+    }
+    for [a, b, c] in lid {
+        mesh.faces.extend([[a, c, b], [n + a, n + b, n + c]]);
+    }
+    for a in 0..n {
+        let b = (a + 1) % n;
+        mesh.faces.extend([[a, b, n + b], [a, n + b, n + a]]);
+    }
+    mesh
+}
+
+#[test]
+fn what_is_beside_a_flat_lid_is_not_looked_at_whenever_the_lid_grows() {
+    let (few, many) = (work(&comb(60)), work(&comb(240)));
+    assert!(many.1 <= 7 * few.1, "faces: {} and {}", few.1, many.1);
+}
+
 #[test]
 fn the_work_ends_when_its_watcher_says_so() {
     let mesh = EdgeMesh::new(&bicone(300)).expect("a bicone is manifold");
