@@ -228,9 +228,8 @@ mod tests {
 
         #[test]
         fn crossing_is_an_edge_through_the_other(first in grid_triangle(), mut second in grid_triangle(), shared in 0..4_usize) {
-            for k in 0..shared.min(2) {
-                second[k] = first[k];
-            }
+            let count = shared.min(2);
+            second[..count].copy_from_slice(&first[..count]);
             let edges = |t: [DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
             let goes_through = |one, other| {
                 edges(one).iter().any(|&[p, q]| segment_pierces_triangle(p, q, other))
