@@ -22,7 +22,9 @@ use silmap_geometry::{Appearance, ColourImage, Material, TextureWrap, TriangleMe
 
 use super::at;
 use super::error::{MeshFault, MeshIoError};
-use super::write::{encode_about, placed, srgb_bytes, vertex_colours};
+use super::write::{
+    encode_about, placed, ply_colour_properties, push_ply_vertices, vertex_colours,
+};
 use crate::progress::PrepWarning;
 
 /// How a material library begins that was written here, and may be replaced.
@@ -257,10 +259,7 @@ fn ply(path: &Path, mesh: &TriangleMesh, origin: DVec3) -> Result<PaintedFiles, 
     }
     let has_uvs = !paint.corner_uvs.is_empty();
     let colours = vertex_colours(mesh);
-    let colour_properties = match colours {
-        Some(_) => "property uchar red\nproperty uchar green\nproperty uchar blue\n",
-        None => "",
-    };
+    let colour_properties = ply_colour_properties(colours.as_deref());
     let uv_property = match has_uvs {
         true => "property list uchar float texcoord\n",
         false => "",
@@ -273,14 +272,7 @@ fn ply(path: &Path, mesh: &TriangleMesh, origin: DVec3) -> Result<PaintedFiles, 
         mesh.faces.len()
     )
     .into_bytes();
-    for (v, p) in placed(mesh, origin).enumerate() {
-        for x in p.to_array() {
-            bytes.extend(x.to_le_bytes());
-        }
-        if let Some(colours) = &colours {
-            bytes.extend(srgb_bytes(colours[v]));
-        }
-    }
+    push_ply_vertices(&mut bytes, mesh, origin, colours.as_deref());
     for (f, face) in mesh.faces.iter().enumerate() {
         bytes.push(3);
         for v in face {

@@ -132,7 +132,7 @@ pub(super) fn vertex_colours(mesh: &TriangleMesh) -> Option<Vec<[f32; 3]>> {
 }
 
 /// A linear colour as sRGB bytes.
-pub(super) fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
+fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
     colour.map(|c| (srgb_from_linear(c) * 255.0).round() as u8)
 }
 
@@ -184,12 +184,34 @@ fn off(mesh: &TriangleMesh, origin: DVec3) -> String {
     text
 }
 
-fn ply(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
-    let colours = vertex_colours(mesh);
-    let colour_properties = match colours {
+/// What the header of a PLY says of vertex colours.
+pub(super) fn ply_colour_properties(colours: Option<&[[f32; 3]]>) -> &'static str {
+    match colours {
         Some(_) => "property uchar red\nproperty uchar green\nproperty uchar blue\n",
         None => "",
-    };
+    }
+}
+
+/// The vertices of a binary PLY: positions as doubles, and colours where there are some.
+pub(super) fn push_ply_vertices(
+    bytes: &mut Vec<u8>,
+    mesh: &TriangleMesh,
+    origin: DVec3,
+    colours: Option<&[[f32; 3]]>,
+) {
+    for (v, p) in placed(mesh, origin).enumerate() {
+        for x in p.to_array() {
+            bytes.extend(x.to_le_bytes());
+        }
+        if let Some(colours) = colours {
+            bytes.extend(srgb_bytes(colours[v]));
+        }
+    }
+}
+
+fn ply(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
+    let colours = vertex_colours(mesh);
+    let colour_properties = ply_colour_properties(colours.as_deref());
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\n\
          property double z\n{colour_properties}element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
@@ -197,14 +219,7 @@ fn ply(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
         mesh.faces.len()
     )
     .into_bytes();
-    for (v, p) in placed(mesh, origin).enumerate() {
-        for x in p.to_array() {
-            bytes.extend(x.to_le_bytes());
-        }
-        if let Some(colours) = &colours {
-            bytes.extend(srgb_bytes(colours[v]));
-        }
-    }
+    push_ply_vertices(&mut bytes, mesh, origin, colours.as_deref());
     for face in &mesh.faces {
         bytes.push(3);
         for v in face {
