@@ -142,7 +142,8 @@ pub(super) fn check_seal(file: &[u8], by: Option<&str>) -> Result<(), AssetError
     let digits = checksum_range(file);
     let computed = digits.as_ref().map(|digits| checksum(file, digits));
     let stored = digits.map(|digits| String::from_utf8_lossy(&file[digits]).into_owned());
-    if stored.is_some() && stored == computed {
+    // A fuzzer is to get past the checksum, to what must hold without it.
+    if (stored.is_some() && stored == computed) || cfg!(fuzzing) {
         return Ok(());
     }
     let nothing = || "nothing".to_owned();

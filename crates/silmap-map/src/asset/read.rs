@@ -155,6 +155,8 @@ fn check(data: Data<'_>, extension: &Map<String, Value>) -> Result<(), AssetErro
     }
     match extension.get("checksum").and_then(Value::as_str) {
         Some(stored) if stored == computed => Ok(()),
+        // A fuzzer is to get past the checksum, to what must hold without it.
+        _ if cfg!(fuzzing) => Ok(()),
         stored => Err(AssetError::Damaged {
             stored: stored.unwrap_or("nothing").to_owned(),
             computed,

@@ -11,11 +11,11 @@ use silmap_geometry::{Camera, TriangleMesh};
 /// Stands for "no face".
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// Triangles that span at most so many columns are tested pixel by pixel.
-const NARROW_COLUMNS: usize = 8;
-
 /// Up to this distance from the image's corner, pixels, rounding moves an edge's place in a row by far less than a pixel.
 const MOST_SURE_PX: f64 = 1e9;
+
+/// More than rounding moves an edge's place in a row.
+const ROUNDING_PX: f64 = 0.01;
 
 /// Faces whose doubled image area is below this many square pixels cover no centre worth having.
 const MIN_DOUBLE_AREA_PX2: f64 = 1e-9;
@@ -26,6 +26,43 @@ pub(super) struct ImageTriangle {
     corners: [DVec2; 3],
     inverse_depths: [f64; 3],
     double_area: f64,
+}
+
+/// An edge of an [`ImageTriangle`] as a column that depends on the row.
+#[derive(Clone, Copy, Debug)]
+struct EdgeByRow {
+    start: DVec2,
+    /// Columns per row; infinite or not a number for an edge along a row, which then bounds nothing.
+    slope: f64,
+    /// Positive where the triangle is to the right of the edge.
+    rise: f64,
+}
+
+/// The columns of a row whose centres may be in the triangle with these edges: without it, a needle across the image would cost as
+/// many pixels as its box.
+fn columns_between(edges: &[EdgeByRow; 3], y: f64, columns: Range<usize>) -> Range<usize> {
+    let (mut from, mut to) = (columns.start as f64, columns.end as f64);
+    for edge in edges {
+        // The column of the pixel whose centre is where the edge crosses the row.
+        let crossing = edge.start.x + edge.slope * (y - edge.start.y) - 0.5;
+        if !crossing.is_finite() {
+            continue;
+        }
+        if edge.rise > 0.0 {
+            from = from.max(crossing - ROUNDING_PX);
+        } else {
+            to = to.min(crossing + ROUNDING_PX);
+        }
+    }
+    // Casts cut off: one more where something was cut off, and the end comes after the last column.
+    let first = from as usize;
+    let first = first + usize::from((first as f64) < from);
+    let end = if to < 0.0 {
+        0
+    } else {
+        (to as usize + 1).min(columns.end)
+    };
+    first..end.max(first)
 }
 
 /// One pixel centre in an [`ImageTriangle`].
@@ -88,12 +125,11 @@ impl ImageTriangle {
         let first = |x: f64| (x - 0.5).ceil().max(0.0) as usize;
         let end = |x: f64, size: usize| ((x - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize;
         let columns = first(low.x)..end(high.x, width);
-        // Rows of narrow triangles are gone through as a whole: the few pixels do not pay for finding fewer.
-        let is_wide = columns.len() > NARROW_COLUMNS && self.has_sure_columns();
+        let edges = self.has_sure_columns().then(|| self.edges_by_row());
         for y in first(low.y)..end(high.y, height) {
-            let columns = match is_wide {
-                true => self.columns_of_row(y as f64 + 0.5, columns.clone()),
-                false => columns.clone(),
+            let columns = match &edges {
+                Some(edges) => columns_between(edges, y as f64 + 0.5, columns.clone()),
+                None => columns.clone(),
             };
             for x in columns {
                 let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
@@ -120,23 +156,17 @@ impl ImageTriangle {
         self.corners.iter().all(|p| largest(p) < MOST_SURE_PX)
     }
 
-    /// The columns of a row that may have centres in the triangle, one too many on either side: without it, a needle across the
-    /// image would cost as many pixels as its box.
-    fn columns_of_row(&self, y: f64, columns: Range<usize>) -> Range<usize> {
-        let (mut from, mut to) = (columns.start as f64, columns.end as f64);
-        for k in 0..3 {
+    /// The edges, ready to be asked where they cross a row.
+    fn edges_by_row(&self) -> [EdgeByRow; 3] {
+        std::array::from_fn(|k| {
             let (p, q) = (self.corners[k], self.corners[(k + 1) % 3]);
             let along = q - p;
-            // Where the edge crosses the row; infinite or not a number for one along it, which then bounds nothing.
-            let crossing = p.x + along.x * ((y - p.y) / along.y);
-            if along.y > 0.0 && crossing.is_finite() {
-                from = from.max(crossing - 1.5);
-            } else if along.y < 0.0 && crossing.is_finite() {
-                to = to.min(crossing + 1.5);
+            EdgeByRow {
+                start: p,
+                slope: along.x / along.y,
+                rise: along.y,
             }
-        }
-        let from = from.max(0.0) as usize;
-        from..(to.max(0.0).ceil() as usize).max(from)
+        })
     }
 
     /// Weights of the corners in space from those in the image.
@@ -335,8 +365,9 @@ mod tests {
             double_area: 999.0,
         };
         assert!(needle.has_sure_columns());
-        let columns = (1..1000).map(|y| needle.columns_of_row(f64::from(y) + 0.5, 1..1000).len());
-        assert!(columns.sum::<usize>() < 6 * 1000);
+        let edges = needle.edges_by_row();
+        let columns = |y: i32| columns_between(&edges, f64::from(y) + 0.5, 1..1000).len();
+        assert!((1..1000).map(columns).sum::<usize>() < 1200);
     }
 
     #[test]
