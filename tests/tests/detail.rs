@@ -8,7 +8,7 @@ use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
     DETAIL_BOUND_PX, Detail, Interpolation, Method, Scratch, SilhouetteMap, ViewContour, outline,
 };
-use silmap_preprocess::evaluate::{EvaluateParams, evaluate, summarise};
+use silmap_measure::evaluate::{EvaluateParams, evaluate, summarise};
 use silmap_preprocess::simplify_contour::add_levels;
 use silmap_preprocess::{Monitor, models};
 use silmap_tests::dense_maps::dense;

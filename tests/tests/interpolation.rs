@@ -5,7 +5,7 @@ use glam::DVec3;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{Method, Scratch, SilhouetteMap, Transfer, outline};
-use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate, summarise};
+use silmap_measure::evaluate::{EvaluateParams, Place, evaluate, summarise};
 use silmap_preprocess::{Monitor, models};
 use silmap_tests::dense_maps::dense;
 

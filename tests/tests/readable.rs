@@ -4,8 +4,8 @@
 use proptest::prelude::*;
 use silmap_geometry::{ClosedMesh, CoverageRule, TriangleMesh};
 use silmap_map::Method;
+use silmap_measure::evaluate::{EvaluateParams, Place, evaluate};
 use silmap_preprocess::capture::Backend;
-use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate};
 use silmap_preprocess::pipeline::{BuildError, BuildParams, build};
 use silmap_preprocess::{Monitor, models};
 

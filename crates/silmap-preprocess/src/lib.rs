@@ -2,7 +2,6 @@
 
 pub mod capture;
 pub mod dense_map;
-pub mod evaluate;
 pub mod fewer_views;
 pub mod hull;
 pub mod input;
@@ -16,6 +15,5 @@ pub mod simplify_contour;
 pub mod simplify_map;
 pub mod texture;
 pub mod trace;
-pub mod uniform;
 
 pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};

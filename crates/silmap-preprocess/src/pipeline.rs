@@ -11,7 +11,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
-    Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh, without_hidden_parts,
+    Camera, CameraError, ClosedMesh, CoverageRule, HiddenParts, Mask, TriangleMesh,
+    without_hidden_parts,
 };
 use silmap_map::{
     Asset, AssetError, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet,
@@ -31,7 +32,6 @@ use crate::simplify_map::{
 };
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
-use crate::uniform::{captured_errors, uniform_counts};
 
 /// How an asset is made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -171,35 +171,23 @@ pub fn build(
     let mut seconds = StageSeconds::default();
     // What no eye can see costs nothing; the record is of the whole.
     let whole = model;
-    let seen = (!params.keep_cavities)
-        .then(|| without_hidden_parts(whole))
-        .flatten();
+    let seen = without_unseen(whole, params);
     let model = seen.as_ref().map_or(whole, |(seen, _)| seen);
-    let bounds = model.bounds();
     let tree = Bvh::new(model.mesh());
 
     // The silhouettes from many viewpoints, on the polytope that connects them.
-    let cameras = view_sphere(
-        bounds,
-        params.view_radius_rel * bounds.radius,
-        params.views,
-        params.resolution_px,
-    )?;
-    let masks = timed(&mut seconds.capture, || {
-        capture(model, &cameras, &params.capture, monitor)
+    let (cameras, masks) = timed(&mut seconds.capture, || {
+        captured_masks(model, params, params.views, monitor)
     })?;
-    let views = timed(&mut seconds.contours, || {
-        captured_views(model, &tree, (&cameras, &masks), params, monitor)
+    let captured = (&cameras[..], &masks[..]);
+    let dense = timed(&mut seconds.contours, || {
+        captured_map(model, &tree, captured, params, monitor)
     })?;
-    let dense = dense_map::build(views, &dense_params(model, params))?;
     check_readable(&dense, params)?;
 
     // Views that their neighbours predict well go.
     let (mut map, map_report) = timed(&mut seconds.map, || {
         simplify(&dense, &masks, &params.map, monitor)
-    })?;
-    let uniform_curve = timed(&mut seconds.map, || {
-        uniform_curve((model, &tree), (&cameras, &masks), params, monitor)
     })?;
     drop(masks);
     // Coarser contours for pictures in which the model is small.
@@ -228,12 +216,8 @@ pub fn build(
         warnings.push(PrepWarning::HullLeaks { escaped_rel });
     }
     warnings.extend(over_budget(&params.textures, &textures));
-    let record = BuildRecord {
-        uniform_curve,
-        ..record(whole.mesh(), name, params, &map_report)
-    };
     let asset = asset::quantise(&Asset {
-        record,
+        record: record(whole.mesh(), name, params, &map_report),
         map,
         hull,
         textures,
@@ -254,6 +238,57 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     let result = work();
     *seconds += since.elapsed().as_secs_f64();
     result
+}
+
+/// The model without what no eye outside can see, and what that was; `None` where all of it is built.
+#[must_use]
+pub fn without_unseen(
+    model: &ClosedMesh,
+    params: &BuildParams,
+) -> Option<(ClosedMesh, HiddenParts)> {
+    (!params.keep_cavities)
+        .then(|| without_hidden_parts(model))
+        .flatten()
+}
+
+/// Cameras of `views` evenly spread views, and the pixels that the model covers from each; all else is as `params` say.
+///
+/// # Errors
+/// When interrupted, the view sphere is too small, or a view cannot be drawn.
+pub fn captured_masks(
+    model: &ClosedMesh,
+    params: &BuildParams,
+    views: u32,
+    monitor: &Monitor<'_>,
+) -> Result<(Vec<Camera>, Vec<Mask>), BuildError> {
+    let bounds = model.bounds();
+    let distance = params.view_radius_rel * bounds.radius;
+    let cameras = view_sphere(bounds, distance, views, params.resolution_px)?;
+    let masks = capture(model, &cameras, &params.capture, monitor)?;
+    Ok((cameras, masks))
+}
+
+/// The map of all captured views, as [`captured_masks`] gives them, on the polytope that connects them. `tree` is over the
+/// model's faces.
+///
+/// # Errors
+/// When interrupted, nothing of the model is seen from a view, or the views do not make a polytope.
+pub fn captured_map(
+    model: &ClosedMesh,
+    tree: &Bvh,
+    captured: (&[Camera], &[Mask]),
+    params: &BuildParams,
+    monitor: &Monitor<'_>,
+) -> Result<SilhouetteMap, BuildError> {
+    let views = captured_views(model, tree, captured, params, monitor)?;
+    let dense_params = DenseMapParams {
+        center: model.bounds().center,
+        radius: model.bounds().radius,
+        resolution_px: params.resolution_px,
+        tolerance_px: params.tolerance_px,
+        coverage: params.capture.coverage,
+    };
+    Ok(dense_map::build(views, &dense_params)?)
 }
 
 /// Traces and simplifies the outline of every mask, and finds how deep the contour generator lies at its vertices.
@@ -306,67 +341,6 @@ fn check_readable(dense: &SilhouetteMap, params: &BuildParams) -> Result<(), Bui
         views: params.views,
         radius_rel: params.view_radius_rel,
     })
-}
-
-fn dense_params(model: &ClosedMesh, params: &BuildParams) -> DenseMapParams {
-    DenseMapParams {
-        center: model.bounds().center,
-        radius: model.bounds().radius,
-        resolution_px: params.resolution_px,
-        tolerance_px: params.tolerance_px,
-        coverage: params.capture.coverage,
-    }
-}
-
-/// A map of `views` evenly spread views, all kept; what else `params` say holds for it too.
-///
-/// # Errors
-/// As [`build`].
-pub fn uniform_map(
-    model: &ClosedMesh,
-    params: &BuildParams,
-    views: u32,
-    monitor: &Monitor<'_>,
-) -> Result<SilhouetteMap, BuildError> {
-    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, monitor)
-}
-
-fn uniform_map_of(
-    (model, tree): (&ClosedMesh, &Bvh),
-    params: &BuildParams,
-    views: u32,
-    monitor: &Monitor<'_>,
-) -> Result<SilhouetteMap, BuildError> {
-    let radius = params.view_radius_rel * model.bounds().radius;
-    let cameras = view_sphere(model.bounds(), radius, views, params.resolution_px)?;
-    let masks = capture(model, &cameras, &params.capture, monitor)?;
-    let views = captured_views(model, tree, (&cameras, &masks), params, monitor)?;
-    Ok(dense_map::build(views, &dense_params(model, params))?)
-}
-
-/// The errors of maps of evenly spread views, measured at the captured views; without those numbers of views that make no
-/// map, which is no reason to have no asset.
-fn uniform_curve(
-    model: (&ClosedMesh, &Bvh),
-    captured: (&[Camera], &[Mask]),
-    params: &BuildParams,
-    monitor: &Monitor<'_>,
-) -> Result<Vec<(u32, f64)>, Interrupted> {
-    let counts = uniform_counts(params.views);
-    monitor.start(Stage::Evaluate, counts.len() as u64);
-    let mut curve = Vec::with_capacity(counts.len());
-    for views in counts {
-        monitor.check()?;
-        if let Ok(map) = uniform_map_of(model, params, views, &monitor.quiet())
-            && let Ok(errors) = captured_errors(&map, captured, params.map.method)
-        {
-            curve.push((views, errors.mean));
-        }
-        monitor.advance(Stage::Evaluate, 1);
-    }
-    monitor.finish(Stage::Evaluate);
-    monitor.check()?;
-    Ok(curve)
 }
 
 /// Looks whether the hull in single precision encloses the model, or the model an inner one.

@@ -22,9 +22,10 @@ use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
 use silmap_gpu::GpuError;
+use silmap_measure::MeasureError;
+use silmap_measure::evaluate::EvaluateError;
 use silmap_preprocess::Interrupted;
 use silmap_preprocess::capture::CaptureError;
-use silmap_preprocess::evaluate::EvaluateError;
 use silmap_preprocess::mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::pipeline::BuildError;
 use silmap_runtime::RenderError;
@@ -73,6 +74,7 @@ pub(crate) struct OverLimit(pub(crate) String);
 
 /// What one error in a chain says about its class, if anything.
 fn class_of(error: &(dyn Error + 'static)) -> Option<ExitClass> {
+    let error = (error.downcast_ref::<MeasureError>()).map_or(error, MeasureError::cause);
     if error.is::<NoAdapter>() {
         return Some(ExitClass::NoAdapter);
     }
@@ -262,6 +264,8 @@ mod tests {
         assert_eq!(class(lost()), ExitClass::Resources);
         assert_eq!(class(RenderError::Gpu(lost())), ExitClass::Resources);
         let nested = BuildError::Capture(CaptureError::Gpu(lost()));
+        assert_eq!(class(nested), ExitClass::Resources);
+        let nested = MeasureError::Render(RenderError::Gpu(lost()));
         assert_eq!(class(nested), ExitClass::Resources);
         assert_eq!(class(NoAdapter(lost())), ExitClass::NoAdapter);
         assert_eq!(class(OverLimit(String::new())), ExitClass::Resources);

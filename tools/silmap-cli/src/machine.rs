@@ -1,26 +1,6 @@
-//! What this program runs on, in words, for figures that depend on it, and the memory that it takes there.
+//! The memory that a process takes.
 
 use std::fs;
-
-/// Processor, how many threads it has for this program, and the system.
-pub(crate) fn describe() -> String {
-    let processor = processor_name().unwrap_or_else(|| "an unknown processor".to_owned());
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let (system, kind) = (std::env::consts::OS, std::env::consts::ARCH);
-    let cores = match cores {
-        1 => "1 core".to_owned(),
-        n => format!("{n} cores"),
-    };
-    format!("{processor}, {cores}, {system} on {kind}")
-}
-
-/// The name that Linux gives the processor; other systems do not say it in a file.
-fn processor_name() -> Option<String> {
-    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = text.lines().find(|l| l.starts_with("model name"))?;
-    let (_, name) = line.split_once(':')?;
-    Some(name.trim().to_owned())
-}
 
 /// The most memory that a process (this one unless told another) held at once so far, bytes; `None` where the system does not
 /// tell.
@@ -52,14 +32,5 @@ mod tests {
         let (peak, held) = (peak_bytes(None).unwrap(), held_bytes(None).unwrap());
         assert!(peak > 1 << 20 && held > 1 << 20, "{peak} {held}");
         assert_eq!(held_bytes(Some(u32::MAX)), None);
-    }
-
-    #[test]
-    fn the_machine_has_cores() {
-        let text = describe();
-        assert!(
-            text.contains(" core") && text.contains(std::env::consts::OS),
-            "{text}"
-        );
     }
 }

@@ -1,17 +1,13 @@
 //! The `silmap` command: options in, one library call, result out.
 
 mod args;
-mod bench;
 mod camera;
 mod commands;
-mod comparison;
 mod driver_chatter;
-mod exact_shape;
 mod exit;
 mod files;
 mod interrupt;
 mod machine;
-mod measure;
 mod names;
 mod numbers;
 mod output;
@@ -19,8 +15,6 @@ mod pictures;
 mod pose_file;
 mod progress;
 mod strip;
-mod subdivide;
-mod texture_errors;
 mod values;
 
 use std::num::NonZeroUsize;

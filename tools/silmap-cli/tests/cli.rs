@@ -12,7 +12,9 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{check_fields, check_one_sentence, fixture, path, run, run_json, scratch};
+use common::{
+    SMALL_BUILD, check_fields, check_one_sentence, fixture, path, run, run_json, scratch,
+};
 use serde_json::Value;
 
 #[test]
@@ -175,7 +177,7 @@ fn build_and_inspect_say_what_scripts_read() {
             "triangles.0",
             "error_curve",
             "order_curve.0.1",
-            "uniform_curve.0.1",
+            "uniform_curve",
         ],
     );
     assert_eq!(inspected["map"]["views"], made["kept"]);
@@ -200,6 +202,28 @@ fn build_and_inspect_say_what_scripts_read() {
     }
     let told = run(&["inspect", path(asset)]);
     assert!(told.code == 0 && told.out.contains("hull"), "{}", told.out);
+}
+
+#[test]
+fn the_curve_of_even_views_is_measured_when_it_is_asked_for() {
+    let folder = scratch("uniform-curve");
+    let (out, again) = (folder.join("with.glb"), folder.join("without.glb"));
+    let mut arguments = vec!["build", path(&fixture().model), "-o", path(&out), "--json"];
+    arguments.extend(SMALL_BUILD);
+    arguments.push("--uniform-curve");
+    run_json(&arguments);
+    let curve = |asset: &Path| {
+        let inspected = run_json(&["inspect", path(asset), "--full", "--json"]);
+        inspected["uniform_curve"].as_array().unwrap().clone()
+    };
+    assert_eq!(curve(&fixture().asset), Vec::<Value>::new());
+    let with = curve(&out);
+    assert_eq!((with.len(), &with[0][0]), (1, &16.into()), "{with:?}");
+    assert!(with[0][1].as_f64().unwrap() > 0.0, "{with:?}");
+    // It is not among what an asset is built again by.
+    let from = ["--params-from", path(&out), "-o", path(&again), "--json"];
+    run_json(&[&["build", path(&fixture().model)][..], &from].concat());
+    assert!(fs::read(&again).unwrap() == fs::read(&fixture().asset).unwrap());
 }
 
 #[test]

@@ -110,6 +110,9 @@ fn page_and_numbers_say_what_scripts_read() {
     );
     assert_eq!(numbers["views"].as_array().unwrap().len(), 20);
     assert!(numbers["curve"]["kept"].as_array().unwrap().len() > 1);
+    // The asset does not hold this one.
+    let even = numbers["curve"]["uniform"].as_array().unwrap();
+    assert_eq!((even.len(), &even[0][0]), (1, &16.into()), "{even:?}");
     assert_eq!(
         numbers["directions"][0]["samples"]
             .as_array()

@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 
 use plotters::prelude::*;
+use silmap_measure::{ErrorSample, MethodErrors};
 
 use crate::palette;
 use crate::plot::{
     Axis, LABEL_AREA, Look, MARGIN_RIGHT, SIZE, Scale, Series, draw_axes, drawn, finish, rgb,
 };
-use crate::{ErrorSample, MethodErrors};
 
 /// Views kept and mean misclassified share: the asset's own curve, that of an even spread, and the methods on the final map.
 pub(crate) fn curve(

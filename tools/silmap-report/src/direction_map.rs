@@ -7,8 +7,8 @@ use std::fmt::Write;
 
 use glam::{DVec2, DVec3};
 use silmap_geometry::ColourImage;
+use silmap_measure::DirectionErrors;
 
-use crate::DirectionErrors;
 use crate::palette;
 use crate::png;
 use crate::scale::LogScale;

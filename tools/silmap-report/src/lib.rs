@@ -21,15 +21,11 @@ mod scale;
 mod texture_section;
 mod words;
 
-use glam::DVec3;
-use silmap_geometry::{Camera, ColourImage, Mask, TriangleMesh};
+use silmap_geometry::{ColourImage, TriangleMesh};
 use silmap_map::Asset;
+use silmap_measure::{Comparison, Measured};
 
-pub use comparison::{
-    Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
-    numbers as comparison_numbers,
-};
-pub use polytope_picture::PolytopeLevel;
+pub use comparison::numbers as comparison_numbers;
 
 /// Everything the page shows.
 #[derive(Clone, Debug)]
@@ -40,32 +36,37 @@ pub struct Report<'a> {
     pub asset: &'a Asset,
     /// The model that it was made from.
     pub model: &'a TriangleMesh,
-    /// Size of its file and of the parts in it: name and bytes, the whole file last.
-    pub bytes: Vec<(String, u64)>,
+    /// What was measured of both.
+    pub measured: Measured,
     /// Stages of the build and their seconds, in order; empty when nobody knows.
     pub seconds: Vec<(String, f64)>,
     /// One row of pictures for each viewpoint that somebody chose.
     pub rows: Vec<PictureRow>,
-    /// Beside the asset's own curve: views of an even spread and their mean misclassified share, where it was measured.
-    pub uniform_curve: Option<Vec<(u32, f64)>>,
-    /// The polytope of views at some counts, most views first.
-    pub polytopes: Vec<PolytopeLevel>,
-    /// Errors at test viewpoints in different places; the first is the one that the plots are about.
-    pub places: Vec<PlaceErrors>,
-    /// Errors over all directions, one set for each method.
-    pub directions: Vec<DirectionErrors>,
-    /// The viewpoints with the largest errors.
-    pub worst: Vec<WorstView>,
-    /// How well the hull is painted, where it was measured.
-    pub textures: Option<TextureFigures>,
-    /// How long an outline takes.
-    pub contour_times: Vec<ContourTime>,
     /// Exact extraction beside it, where it was measured.
     pub comparison: Option<Comparison>,
-    /// What all that was measured on, and how.
-    pub conditions: Conditions,
     /// More sentences on where and how this was measured.
     pub notes: Vec<String>,
+}
+
+impl<'a> Report<'a> {
+    /// What was measured of an asset and its model, without pictures, build times and comparison; a note says how the asset was made.
+    #[must_use]
+    pub fn new(asset: &'a Asset, model: &'a TriangleMesh, measured: Measured) -> Self {
+        let record = &asset.record;
+        Self {
+            title: format!("Outline of {}", record.name),
+            asset,
+            model,
+            seconds: Vec::new(),
+            rows: Vec::new(),
+            measured,
+            comparison: None,
+            notes: vec![format!(
+                "The asset was made by {} with {}.",
+                record.generator, record.options
+            )],
+        }
+    }
 }
 
 /// Pictures side by side.
@@ -84,135 +85,6 @@ pub struct Picture {
     pub label: String,
     /// The picture.
     pub image: ColourImage,
-}
-
-/// Errors of one interpolation method over test viewpoints, as shares of the pixels inside the true outline.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MethodErrors {
-    /// The method, with what else distinguishes the row.
-    pub method: String,
-    /// Mean, median and largest share of wrong pixels.
-    pub misclassified: [f64; 3],
-    /// Mean and largest share of pixels that are inside but predicted outside.
-    pub escaped: [f64; 2],
-}
-
-/// The error of one method at one viewpoint.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorSample {
-    /// The method, as in [`MethodErrors`].
-    pub method: String,
-    /// The viewpoint, in the asset's coordinates.
-    pub eye: DVec3,
-    /// Share of wrong pixels.
-    pub misclassified: f64,
-    /// Share of pixels that are inside but predicted outside.
-    pub escaped: f64,
-}
-
-/// Errors at test viewpoints of one kind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlaceErrors {
-    /// The place as users type it.
-    pub place: String,
-    /// Where that is, half a sentence.
-    pub description: String,
-    /// How many viewpoints.
-    pub viewpoints: u32,
-    /// A summary of each method.
-    pub methods: Vec<MethodErrors>,
-    /// Every viewpoint and method.
-    pub samples: Vec<ErrorSample>,
-}
-
-/// Errors of one method at directions spread evenly over the sphere.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DirectionErrors {
-    /// The method.
-    pub method: String,
-    /// Unit vectors from the center to the eye, and the misclassified share there.
-    pub samples: Vec<(DVec3, f64)>,
-}
-
-/// A viewpoint, and what is true and predicted there.
-#[derive(Clone, Debug)]
-pub struct WorstView {
-    /// The error, and whose it is.
-    pub sample: ErrorSample,
-    /// The camera of the masks.
-    pub camera: Camera,
-    /// The model's pixels.
-    pub truth: Mask,
-    /// The pixels inside the interpolated outline.
-    pub predicted: Mask,
-}
-
-/// How well the hull is painted.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TextureFigures {
-    /// Texture views.
-    pub views: u32,
-    /// Share of the hull's area that some view sees.
-    pub seen_share: f64,
-    /// Share of the hull's area that falls to the atlas.
-    pub atlas_share: f64,
-    /// Σ area × cosine over Σ area, each face with the view that sees it most squarely.
-    pub merit: f64,
-    /// Views that see a face, on average over the area.
-    pub views_per_face: f64,
-    /// Texels of the views along the model's bounding radius.
-    pub view_texels_per_radius: f64,
-    /// The same of the atlas.
-    pub atlas_texels_per_radius: f64,
-    /// Bytes of all pictures.
-    pub bytes: u64,
-    /// Parametrisations, and how many of 1,000 texels of the atlas are beside a jump of each.
-    pub discontinuities: Vec<(String, f64)>,
-    /// Eyes that colours were compared at.
-    pub viewpoints: u32,
-    /// Differences from the full mesh; empty where there was nothing to draw with.
-    pub colours: Vec<ColourRow>,
-}
-
-/// How far the colours are from the full mesh's with one way of painting, in steps of 255.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ColourRow {
-    /// What the hull shows.
-    pub paint: String,
-    /// Mean of red, green and blue over all eyes.
-    pub mean: [f64; 3],
-    /// The largest channel's at the worst eye.
-    pub worst: f64,
-}
-
-/// How long one method takes for an outline.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContourTime {
-    /// The method.
-    pub method: String,
-    /// Median over the calls, seconds.
-    pub median: f64,
-    /// Nineteen of twenty calls take less, seconds.
-    pub most: f64,
-    /// Number of calls.
-    pub calls: u32,
-}
-
-/// What was measured on, and how.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Conditions {
-    /// Processor and system.
-    pub machine: String,
-    /// Threads that errors were measured with; times of outlines are those of one.
-    pub threads: u32,
-    /// Whether the program was optimised.
-    pub is_optimised: bool,
-    /// Side of the test pictures, pixels.
-    pub resolution_px: u32,
-    /// Seed of the test viewpoints.
-    pub seed: u64,
-    /// Seconds that measuring took.
-    pub seconds: f64,
 }
 
 /// The page as HTML.

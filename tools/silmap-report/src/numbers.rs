@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
+use silmap_measure::{ErrorSample, MethodErrors, PlaceErrors, TextureFigures};
 
-use crate::{ErrorSample, MethodErrors, PlaceErrors, Report, TextureFigures};
+use crate::Report;
 
 /// The numbers as one object.
 pub(crate) fn numbers(report: &Report<'_>) -> Value {
@@ -42,44 +43,44 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             "contours": view.contours.len(),
             "contour_vertices": vertices,
         })).collect::<Vec<_>>(),
-        "bytes": by_name(&report.bytes),
+        "bytes": by_name(&report.measured.bytes),
         "curve": {
             "kept": record.error_curve,
-            "uniform": report.uniform_curve,
+            "uniform": report.measured.uniform_curve,
         },
-        "polytopes": report.polytopes.iter().map(|level| json!({
+        "polytopes": report.measured.polytopes.iter().map(|level| json!({
             "label": level.label,
             "views": level.eyes.len(),
             "triangles": level.triangles.len(),
         })).collect::<Vec<_>>(),
-        "places": report.places.iter()
+        "places": report.measured.places.iter()
             .map(|p| (p.place.clone(), place(p, origin)))
             .collect::<Map<_, _>>(),
-        "directions": report.directions.iter().map(|d| json!({
+        "directions": report.measured.directions.iter().map(|d| json!({
             "method": d.method,
             "samples": d.samples.iter().map(|(direction, share)| json!({
                 "direction": direction.to_array(),
                 "misclassified": share,
             })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
-        "worst": report.worst.iter().map(|w| sample(&w.sample, origin)).collect::<Vec<_>>(),
-        "textures": report.textures.as_ref().map(textures),
+        "worst": report.measured.worst.iter().map(|w| sample(&w.sample, origin)).collect::<Vec<_>>(),
+        "textures": report.measured.textures.as_ref().map(textures),
         "seconds": {
             "build": by_name(&report.seconds),
-            "contour": report.contour_times.iter().map(|t| (t.method.clone(), json!({
+            "contour": report.measured.contour_times.iter().map(|t| (t.method.clone(), json!({
                 "median": t.median,
                 "percentile_95": t.most,
                 "calls": t.calls,
             }))).collect::<Map<_, _>>(),
-            "measuring": report.conditions.seconds,
+            "measuring": report.measured.conditions.seconds,
         },
         "comparison": report.comparison.as_ref().map(crate::comparison::numbers),
         "conditions": {
-            "machine": report.conditions.machine,
-            "threads": report.conditions.threads,
-            "is_optimised": report.conditions.is_optimised,
-            "resolution": report.conditions.resolution_px,
-            "seed": report.conditions.seed,
+            "machine": report.measured.conditions.machine,
+            "threads": report.measured.conditions.threads,
+            "is_optimised": report.measured.conditions.is_optimised,
+            "resolution": report.measured.conditions.resolution_px,
+            "seed": report.measured.conditions.seed,
         },
         "notes": report.notes,
     })

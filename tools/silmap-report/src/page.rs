@@ -3,6 +3,7 @@
 use glam::DVec3;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use silmap_map::Method;
+use silmap_measure::{ErrorSample, MethodErrors, PlaceErrors, WorstView};
 
 use crate::contour_generator::{contour_generator_pictures, telling_view};
 use crate::difference::{closer_look, difference, silhouette};
@@ -11,10 +12,7 @@ use crate::epipolar_picture::epipolar_pictures;
 use crate::polytope_picture::polytope_picture;
 use crate::texture_section::textures;
 use crate::words::{grouped, millis, percent, significant};
-use crate::{
-    ErrorSample, MethodErrors, Picture, PictureRow, PlaceErrors, Report, WorstView, charts,
-    comparison, palette, png,
-};
+use crate::{Picture, PictureRow, Report, charts, comparison, palette, png};
 
 mod sizes;
 
@@ -51,7 +49,7 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                     (worst(report))
                     (polytopes(report))
                     (inside(report))
-                    @if let Some(figures) = &report.textures { (textures(figures)) }
+                    @if let Some(figures) = &report.measured.textures { (textures(figures)) }
                     (sizes(report))
                     (times(report))
                     @if let Some(comparison) = &report.comparison { (comparison::section(comparison)) }
@@ -72,11 +70,16 @@ fn opening(report: &Report<'_>) -> Markup {
     let asset = report.asset;
     let best = Method::best_for(&asset.map).name();
     let mean = report
+        .measured
         .places
         .first()
         .and_then(|p| p.methods.iter().find(|m| m.method == best))
         .map(|m| percent(m.misclassified[0]));
-    let time = report.contour_times.iter().find(|t| t.method == best);
+    let time = report
+        .measured
+        .contour_times
+        .iter()
+        .find(|t| t.method == best);
     html! {
         p {
             "A hull of " (grouped(asset.hull.faces.len() as u64)) " textured triangles stands for a mesh of "
@@ -90,7 +93,7 @@ fn opening(report: &Report<'_>) -> Markup {
             @if let Some(time) = time {
                 li { b { (millis(time.median)) " ms" } "for an outline (" (best) ", median)" }
             }
-            @for (name, bytes) in [report.bytes.first(), report.bytes.last()].into_iter().flatten() {
+            @for (name, bytes) in [report.measured.bytes.first(), report.measured.bytes.last()].into_iter().flatten() {
                 li { b { (format!("{:.0}", *bytes as f64 / 1024.0)) " KiB" } (name) }
             }
         }
@@ -112,17 +115,17 @@ fn errors(report: &Report<'_>) -> Markup {
             p {
                 "Pixels whose inside or outside is wrong, in percent of the pixels inside the true outline; "
                 "“escaped” are those of them that are inside and predicted outside. "
-                "Pictures of " (report.conditions.resolution_px) "²; random directions, seed "
-                (report.conditions.seed) "."
+                "Pictures of " (report.measured.conditions.resolution_px) "²; random directions, seed "
+                (report.measured.conditions.seed) "."
             }
-            div.plots { @for place in &report.places { (error_table(place)) } }
-            @if let Some(first) = report.places.first() {
+            div.plots { @for place in &report.measured.places { (error_table(place)) } }
+            @if let Some(first) = report.measured.places.first() {
                 div.plots {
                     figure {
                         (PreEscaped(charts::distribution(&first.samples)))
                         figcaption { "Eyes " (first.description) ": how many of them have at most which error." }
                     }
-                    @for place in report.places.iter().filter(is_deep) {
+                    @for place in report.measured.places.iter().filter(is_deep) {
                         figure {
                             (PreEscaped(charts::by_distance(&place.samples, distance)))
                             figcaption { "Eyes " (place.description) ": one point for each eye and method." }
@@ -170,8 +173,8 @@ pub(crate) fn swatch(method: &str) -> Markup {
 
 fn curve(report: &Report<'_>) -> Markup {
     let curve = &report.asset.record.error_curve;
-    let uniform = report.uniform_curve.as_deref();
-    let methods: &[MethodErrors] = report.places.first().map_or(&[], |p| &p.methods);
+    let uniform = report.measured.uniform_curve.as_deref();
+    let methods: &[MethodErrors] = report.measured.places.first().map_or(&[], |p| &p.methods);
     let kept = report.asset.map.views.len() as u32;
     if curve.len() < 2 && uniform.is_none() {
         return html! {};
@@ -195,14 +198,18 @@ fn curve(report: &Report<'_>) -> Markup {
 }
 
 fn directions(report: &Report<'_>) -> Markup {
-    let Some(scale) = shared_scale(&report.directions) else {
+    let Some(scale) = shared_scale(&report.measured.directions) else {
         return html! {};
     };
     let center = report.asset.map.center;
     let views: Vec<DVec3> = (report.asset.map.views.iter())
         .map(|v| (v.camera.eye - center).normalize_or_zero())
         .collect();
-    let count = report.directions.first().map_or(0, |d| d.samples.len());
+    let count = report
+        .measured
+        .directions
+        .first()
+        .map_or(0, |d| d.samples.len());
     html! {
         section {
             h2 { "Error by direction" }
@@ -212,7 +219,7 @@ fn directions(report: &Report<'_>) -> Markup {
                 "The colours are the same in all maps."
             }
             div.plots {
-                @for errors in &report.directions {
+                @for errors in &report.measured.directions {
                     figure {
                         (PreEscaped(direction_map(errors, &views, &scale)))
                         figcaption { "Method " b { (errors.method) } "." }
@@ -224,10 +231,14 @@ fn directions(report: &Report<'_>) -> Markup {
 }
 
 fn worst(report: &Report<'_>) -> Markup {
-    if report.worst.is_empty() {
+    if report.measured.worst.is_empty() {
         return html! {};
     }
-    let of = report.places.first().map_or("", |p| p.description.as_str());
+    let of = report
+        .measured
+        .places
+        .first()
+        .map_or("", |p| p.description.as_str());
     html! {
         section {
             h2 { "Worst viewpoints" }
@@ -236,7 +247,7 @@ fn worst(report: &Report<'_>) -> Markup {
                 span.key style=(format!("--key:{}", palette::hex(palette::TOO_MUCH))) { "Red is too much" } ", "
                 span.key style=(format!("--key:{}", palette::hex(palette::TOO_LITTLE))) { "blue too little" } "."
             }
-            @for view in &report.worst { (worst_row(report, view)) }
+            @for view in &report.measured.worst { (worst_row(report, view)) }
         }
     }
 }
@@ -274,6 +285,7 @@ fn worst_row(report: &Report<'_>, view: &WorstView) -> Markup {
 
 fn polytopes(report: &Report<'_>) -> Markup {
     let pictures: Vec<Picture> = report
+        .measured
         .polytopes
         .iter()
         .filter_map(|level| {

@@ -2,20 +2,10 @@
 
 use glam::DVec3;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
+use silmap_measure::PolytopeLevel;
 
 use crate::canvas::{Canvas, Linear, Stroke, linear};
 use crate::palette::Rgb;
-
-/// The polytope when some of the views are left.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PolytopeLevel {
-    /// What it is, a few words.
-    pub label: String,
-    /// The viewpoints, object space.
-    pub eyes: Vec<DVec3>,
-    /// Triangles over them, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-}
 
 /// Side of the picture, pixels.
 const SIDE_PX: u32 = 460;

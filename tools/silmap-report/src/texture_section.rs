@@ -1,8 +1,8 @@
 //! The section of the page on what the hull is painted with.
 
 use maud::{Markup, html};
+use silmap_measure::TextureFigures;
 
-use crate::TextureFigures;
 use crate::words::grouped;
 
 /// Figures of merit, differences of colours and jumps, each as a table.

@@ -25,7 +25,21 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["silmap-geometry", "silmap-map", "silmap-gpu"],
     ),
     ("silmap-exact", &["silmap-geometry"]),
-    ("silmap-report", &["silmap-geometry", "silmap-map"]),
+    (
+        "silmap-measure",
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-gpu",
+            "silmap-preprocess",
+            "silmap-runtime",
+            "silmap-exact",
+        ],
+    ),
+    (
+        "silmap-report",
+        &["silmap-geometry", "silmap-map", "silmap-measure"],
+    ),
     (
         "silmap-cli",
         &[
@@ -35,6 +49,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-exact",
+            "silmap-measure",
             "silmap-report",
         ],
     ),
@@ -47,6 +62,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-exact",
+            "silmap-measure",
             "silmap-report",
             "silmap-cli",
         ],
@@ -249,6 +265,9 @@ mod tests {
             ("silmap-preprocess", "silmap-runtime"),
             ("silmap-runtime", "silmap-preprocess"),
             ("silmap-preprocess", "silmap-exact"),
+            ("silmap-preprocess", "silmap-measure"),
+            ("silmap-runtime", "silmap-measure"),
+            ("silmap-measure", "silmap-report"),
             ("silmap-geometry", "silmap-map"),
             ("silmap-map", "silmap-tests"),
             ("silmap-newcomer", "silmap-geometry"),

@@ -128,7 +128,8 @@ pub fn view_sphere(
 }
 
 /// `count` unit vectors spread evenly over the sphere.
-pub(crate) fn spiral_directions(count: u32) -> Vec<DVec3> {
+#[must_use]
+pub fn spiral_directions(count: u32) -> Vec<DVec3> {
     // Cosine and sine of the golden angle π(3 − √5), by which each point is turned from the last.
     const TURN: (f64, f64) = (-0.737_368_878_078_319_9, 0.675_490_294_261_523_6);
     let (mut x, mut z) = (1.0_f64, 0.0_f64);

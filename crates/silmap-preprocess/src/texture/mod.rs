@@ -11,7 +11,6 @@ mod item_buffer;
 mod parametrisation;
 mod params;
 mod picture;
-mod report;
 mod surface;
 mod tiles;
 mod views;
@@ -31,14 +30,13 @@ use crate::progress::{Interrupted, Monitor, Stage};
 use atlas::AtlasBaker;
 use encode::{RawPicture, RawSet};
 use item_buffer::{ImageTriangle, ItemBuffer};
-use parametrisation::Shooter;
-pub use parametrisation::{Discontinuities, discontinuities};
+pub use parametrisation::{Shooter, Source};
 pub use params::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 use picture::Picture;
-pub use report::{TextureReport, picture_bytes, report};
 use surface::Surface;
 use tiles::TileLayout;
-use visibility::HullFaces;
+pub use views::{face_cosines, merit};
+pub use visibility::HullFaces;
 
 /// Why there are no textures.
 #[derive(Debug, Error)]
@@ -128,6 +126,16 @@ pub fn bake(
     }
     monitor.finish(Stage::Textures);
     Ok(textures)
+}
+
+/// Bytes of all pictures.
+#[must_use]
+pub fn picture_bytes(textures: &TextureSet) -> u64 {
+    let atlas = textures.atlas.iter();
+    let of_atlas = atlas.flat_map(|a| [Some(&a.image), a.normals.as_ref()]);
+    let views = textures.views.iter().map(|view| &view.image);
+    let all = views.chain(of_atlas.flatten());
+    all.map(|image| image.bytes.len() as u64).sum()
 }
 
 /// Takes the pictures of chosen views and bakes the atlas, all of them with sides of that scale.

@@ -171,27 +171,6 @@ fn beside_the_model_the_pictures_go_on_in_its_colours() {
 }
 
 #[test]
-fn more_views_see_more_of_a_cube() {
-    let hull = cube_hull();
-    let with = |views| {
-        let params = TextureParams {
-            views,
-            ..small_params()
-        };
-        report(&hull, &bake_cube(&params), 1.0)
-    };
-    let (none, one, six) = (with(0), with(1), with(6));
-    assert_eq!((none.views, none.merit, none.atlas_share), (0, 0.0, 1.0));
-    assert_eq!(one.views, 1);
-    // A corner view sees three of six sides, each at 1/√3.
-    assert!(one.atlas_share > 0.45 && one.atlas_share < 0.9, "{one:?}");
-    assert!(one.merit > 0.15 && one.merit < 0.4, "{one:?}");
-    assert_eq!(six.views, 6);
-    assert!(six.atlas_share == 0.0 && six.merit > 0.75, "{six:?}");
-    assert!(six.views_per_face >= 1.0);
-}
-
-#[test]
 fn a_torus_paints_the_faces_around_its_hole() {
     let (fine, bvh, hull) = torus_in_torus();
     let params = TextureParams {
@@ -201,9 +180,8 @@ fn a_torus_paints_the_faces_around_its_hole() {
         ..TextureParams::default()
     };
     let textures = bake(&fine, &bvh, &hull, &params, &Monitor::silent()).unwrap();
-    let report = report(&hull, &textures, fine.bounds().radius);
-    assert!(report.atlas_share < 0.1, "{report:?}");
-    assert!(report.merit > 0.7, "{report:?}");
+    let unseen = textures.visible_views.iter().filter(|&&b| b == 0).count();
+    assert!(10 * unseen < hull.faces.len(), "{unseen} faces");
     // A view along the axis sees one side, none sees all.
     for v in 0..textures.views.len() {
         let seen = textures.visible_views.iter().filter(|&b| b >> v & 1 == 1);
@@ -374,64 +352,6 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
     };
     let textures = bake(&fine, &bvh, &hull, &without, &Monitor::silent()).unwrap();
     assert_eq!(textures.atlas.unwrap().normals, None);
-}
-
-/// A block with a groove of a V along its top.
-fn grooved_block() -> ClosedMesh {
-    let profile = [
-        [-1.0, -1.0],
-        [1.0, -1.0],
-        [1.0, 1.0],
-        [0.5, 1.0],
-        [0.0, 0.3],
-        [-0.5, 1.0],
-        [-1.0, 1.0],
-    ];
-    let n = profile.len() as u32;
-    let layer = |z: f64| profile.map(|[x, y]| DVec3::new(x, y, z));
-    let caps = [[4, 5, 6], [4, 6, 0], [4, 0, 1], [4, 1, 2], [4, 2, 3]];
-    let mut faces: Vec<[u32; 3]> = caps
-        .into_iter()
-        .flat_map(|[a, b, c]| [[a, c, b], [a + n, b + n, c + n]])
-        .collect();
-    for i in 0..n {
-        let j = (i + 1) % n;
-        faces.extend([[i, j, j + n], [i, j + n, i + n]]);
-    }
-    let mesh = TriangleMesh {
-        positions: [layer(-1.0), layer(1.0)].concat(),
-        faces,
-        ..TriangleMesh::default()
-    };
-    ClosedMesh::try_from(mesh).unwrap()
-}
-
-#[test]
-fn over_a_hollow_the_closest_point_jumps_and_the_normal_does_not() {
-    let block = grooved_block();
-    let bvh = Bvh::new(block.mesh());
-    // A patch over the groove alone: what lies beside the block has other places to jump at.
-    let mut hull = cube_hull();
-    for p in &mut hull.positions {
-        *p = [0.8 * p[0], p[1], 0.8 * p[2]];
-    }
-    hull.faces = hull.faces[6..8].to_vec();
-    let textures = bake(&block, &bvh, &hull, &small_params(), &Monitor::silent()).unwrap();
-    let atlas = textures.atlas.unwrap();
-    let count = |how| discontinuities((block.mesh(), &bvh), &hull, &atlas, how);
-    let (normal, closest) = (
-        count(Parametrisation::NormalShooting),
-        count(Parametrisation::ClosestPoint),
-    );
-    assert_eq!(normal.texels, closest.texels);
-    assert!(closest.jumps > 10, "{closest:?}");
-    assert_eq!(normal.jumps, 0, "{normal:?}, {closest:?}");
-    // Over a cube neither has where to jump.
-    let (cube, bvh) = coloured_cube();
-    for how in Parametrisation::ALL {
-        let found = discontinuities((cube.mesh(), &bvh), &hull, &atlas, how);
-        assert_eq!(found.jumps, 0, "{how:?}: {found:?}");
-    }
 }
 
 #[test]

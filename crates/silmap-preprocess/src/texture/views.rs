@@ -8,7 +8,8 @@
 use super::visibility::HullFaces;
 
 /// What a view would do for each face: the cosine it sees the face at, or zero when it may not paint it.
-pub(super) fn face_cosines(hull: &HullFaces, paintable: &[bool], eye: glam::DVec3) -> Vec<f64> {
+#[must_use]
+pub fn face_cosines(hull: &HullFaces, paintable: &[bool], eye: glam::DVec3) -> Vec<f64> {
     let cosine = |face: usize| match paintable[face] {
         true => hull.cosine(face, eye).max(0.0),
         false => 0.0,
@@ -45,7 +46,8 @@ pub(super) fn choose_views(areas: &[f64], cosines: &[Vec<f64>], count: usize) ->
 }
 
 /// Σ area × best cosine over Σ area: 1 when every face is seen head-on.
-pub(super) fn merit(areas: &[f64], cosines: &[&[f64]]) -> f64 {
+#[must_use]
+pub fn merit(areas: &[f64], cosines: &[&[f64]]) -> f64 {
     let best = |f: usize| cosines.iter().map(|c| c[f]).fold(0.0, f64::max);
     let whole: f64 = areas.iter().sum();
     let seen: f64 = (0..areas.len()).map(|f| areas[f] * best(f)).sum();

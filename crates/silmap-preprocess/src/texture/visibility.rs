@@ -31,17 +31,21 @@ const LATTICE_STEPS: u32 = 4;
 
 /// The hull in double precision, with what visibility needs.
 #[derive(Debug)]
-pub(super) struct HullFaces {
-    pub(super) corners: Vec<[DVec3; 3]>,
+pub struct HullFaces {
+    /// Corners of each face, object space.
+    pub corners: Vec<[DVec3; 3]>,
     /// P(v) at the corners.
-    pub(super) surface_corners: Vec<[DVec3; 3]>,
-    pub(super) normals: Vec<DVec3>,
-    pub(super) areas: Vec<f64>,
+    pub surface_corners: Vec<[DVec3; 3]>,
+    /// Unit normals that point outwards.
+    pub normals: Vec<DVec3>,
+    /// Areas of the faces.
+    pub areas: Vec<f64>,
 }
 
 impl HullFaces {
     /// A hull without P(v) stands for itself.
-    pub(super) fn new(hull: &CoarseHull) -> Self {
+    #[must_use]
+    pub fn new(hull: &CoarseHull) -> Self {
         let double = |points: &[[f32; 3]], v: u32| {
             points
                 .get(v as usize)
@@ -65,12 +69,21 @@ impl HullFaces {
         }
     }
 
-    pub(super) fn len(&self) -> usize {
+    /// How many faces.
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.corners.len()
     }
 
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty()
+    }
+
     /// Cosine between a face's normal and the direction from its middle to the eye.
-    pub(super) fn cosine(&self, face: usize, eye: DVec3) -> f64 {
+    #[must_use]
+    pub fn cosine(&self, face: usize, eye: DVec3) -> f64 {
         let [a, b, c] = self.corners[face];
         let to_eye = eye - (a + b + c) / 3.0;
         to_eye.normalize_or_zero().dot(self.normals[face])

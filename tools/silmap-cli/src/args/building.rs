@@ -25,7 +25,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 23] = [
+const FROM_CONFLICTS: [&str; 24] = [
     "model",
     "views",
     "method",
@@ -49,6 +49,7 @@ const FROM_CONFLICTS: [&str; 23] = [
     "weld",
     "keep_cavities",
     "backend",
+    "uniform_curve",
 ];
 
 /// What an asset that is built like another takes from that one.
@@ -56,9 +57,9 @@ const PARAMS_FROM_CONFLICTS: [&str; 25] = {
     let mut names = ["from"; 25];
     names[1] = "keep";
     names[2] = "max_error";
-    // All of those but the model.
+    // All of those between the model and what is not a param.
     let mut k = 1;
-    while k < FROM_CONFLICTS.len() {
+    while k + 1 < FROM_CONFLICTS.len() {
         names[k + 2] = FROM_CONFLICTS[k];
         k += 1;
     }
@@ -219,6 +220,10 @@ pub(crate) struct BuildArgs {
     /// What draws the captured views
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = BackendArg::Auto)]
     pub(crate) backend: BackendArg,
+    /// Measure maps of evenly spread views as well, and note their errors in the asset: the curve beside its own that `silmap report`
+    /// measures otherwise
+    #[arg(long)]
+    pub(crate) uniform_curve: bool,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]

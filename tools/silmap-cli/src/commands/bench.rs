@@ -6,18 +6,15 @@ use serde::Serialize;
 use silmap_exact::{Method as Extraction, SimplifyParams, Viewpoint, simplify, walk_around};
 use silmap_geometry::Camera;
 use silmap_map::asset;
+use silmap_measure::{Bench, Row, compare, machine, subdivide};
 use silmap_preprocess::pipeline::BuildParams;
 
 use crate::args::BenchArgs;
-use crate::bench::{Bench, Row};
 use crate::commands::build::build_watched;
 use crate::commands::open_gpu;
-use crate::comparison::compare;
 use crate::files::{load_model, load_model_of, read_asset};
-use crate::machine;
 use crate::output;
 use crate::progress::Progress;
-use crate::subdivide::subdivide;
 
 /// From where the walk starts, and how far away it leads, in radii.
 const START: DVec3 = DVec3::new(0.45, 0.35, 1.0);
@@ -68,16 +65,23 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         .with_context(named)?
         .mesh;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
-    let bench = Bench {
-        full: &full,
-        simplified: Some(&simplified),
-        asset: &asset,
-        sizes: asset::sizes(&bytes).with_context(named)?,
-        cameras: cameras(args, asset.map.center, asset.map.radius)?,
-        instances: args.instances as usize,
-        extractions: extractions(args),
-    };
-    let (rows, has_timestamps) = bench.run(&gpu).with_context(named)?;
+    let sizes = asset::sizes(&bytes).with_context(named)?;
+    let cameras = cameras(args, asset.map.center, asset.map.radius)?;
+    let (rows, has_timestamps) = Progress::new()
+        .watch(|monitor| {
+            let bench = Bench {
+                full: &full,
+                simplified: Some(&simplified),
+                asset: &asset,
+                sizes,
+                cameras,
+                instances: args.instances as usize,
+                extractions: extractions(args),
+                monitor,
+            };
+            bench.run(&gpu)
+        })
+        .with_context(named)?;
     let comparison = (args.comparison)
         .then(|| {
             Progress::new()

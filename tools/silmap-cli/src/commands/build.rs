@@ -8,13 +8,14 @@ use clap::error::ErrorKind;
 use serde::Serialize;
 use silmap_geometry::CoverageRule;
 use silmap_map::{Asset, CapturedErrors, asset};
+use silmap_measure::painting;
+use silmap_measure::uniform::uniform_curve;
 use silmap_preprocess::capture::Backend;
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::mesh_io::Loaded;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
-use silmap_preprocess::texture;
 
 use crate::args::{BackendArg, BuildArgs, CoverageArg, usage_error};
 use crate::commands::{manifest, open_gpu};
@@ -70,7 +71,7 @@ pub(crate) struct TextureJson {
 impl TextureJson {
     pub(crate) fn of(asset: &Asset) -> Self {
         let textures = &asset.textures;
-        let found = texture::report(&asset.hull, textures, asset.map.radius);
+        let found = painting(&asset.hull, textures, asset.map.radius);
         let atlas = textures.atlas.as_ref();
         Self {
             views: found.views,
@@ -176,6 +177,9 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     if let Some(views) = recipe.and_then(|recipe| recipe.fewer_views) {
         asset = keep_fewer_views(&asset, ViewGoal::Keep(views)).with_context(named)?;
     }
+    if args.uniform_curve {
+        add_uniform_curve(&mut asset, &model, &params).with_context(named)?;
+    }
     let writing = Instant::now();
     let bytes = asset::write(&asset).with_context(|| args.out().display().to_string())?;
     file.write(&bytes)?;
@@ -257,6 +261,21 @@ pub(crate) fn build_watched(
         output::warn(&format!("{}: {warning}", model.name));
     }
     Ok(built)
+}
+
+/// Measures maps of evenly spread views as well, and notes their errors in the asset.
+///
+/// # Errors
+/// When interrupted, or a view cannot be drawn.
+pub(crate) fn add_uniform_curve(
+    asset: &mut Asset,
+    model: &Loaded,
+    params: &BuildParams,
+) -> anyhow::Result<()> {
+    asset.record.uniform_curve =
+        Progress::new().watch(|monitor| uniform_curve(&model.mesh, params, monitor))?;
+    *asset = asset::quantise(asset)?;
+    Ok(())
 }
 
 fn tell(
@@ -347,6 +366,7 @@ mod tests {
 
     use super::*;
     use silmap_map::Method;
+    use silmap_preprocess::texture;
 
     use crate::args::{Cli, Command};
 

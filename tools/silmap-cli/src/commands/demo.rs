@@ -10,21 +10,21 @@ use serde::Serialize;
 use silmap_geometry::{Camera, ClosedMesh, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Method, asset};
+use silmap_measure::{MeasureParams, measure};
 use silmap_preprocess::hull::HullParams;
 use silmap_preprocess::mesh_io::{self, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
-use silmap_report::{Picture, PictureRow};
+use silmap_report::{Picture, PictureRow, Report};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
 };
 
 use crate::args::{DemoArgs, ModelKind};
-use crate::commands::build::build_watched;
+use crate::commands::build::{add_uniform_curve, build_watched};
 use crate::commands::generate::generate;
 use crate::commands::open_gpu;
 use crate::interrupt;
-use crate::measure::{MeasureParams, measure};
 use crate::output::{self, OutputFolder};
 use crate::pictures::{beside, encode_png, stacked};
 use crate::progress::Progress;
@@ -92,7 +92,9 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let model = make_model().context("the demo's model")?;
     let mesh = mesh_io::encode(Path::new("organic.ply"), model.mesh.mesh())?;
     write("organic.ply", mesh);
-    let (asset, report) = build_watched(&model, &demo_params()).context("the demo's model")?;
+    let params = demo_params();
+    let (mut asset, report) = build_watched(&model, &params).context("the demo's model")?;
+    add_uniform_curve(&mut asset, &model, &params)?;
     let bytes = asset::write(&asset)?;
     write("organic.glb", bytes.clone());
 
@@ -105,10 +107,11 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     }
     write("comparison.png", encode_png(&comparison(&rows))?);
 
-    let mut page = Progress::new().watch(|monitor| {
+    let measured = Progress::new().watch(|monitor| {
         let how = (&MEASURED, Some(&gpu));
-        measure(&asset, &bytes, model.mesh.mesh(), how, monitor)
+        measure(&asset, &bytes, &model.mesh, how, monitor)
     })?;
+    let mut page = Report::new(&asset, model.mesh.mesh(), measured);
     page.title = "silmap demo".to_owned();
     page.rows = picture_rows(&rows);
     page.seconds = second_rows(&report, started.elapsed().as_secs_f64());

@@ -6,18 +6,16 @@ use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_map::Method;
-use silmap_preprocess::evaluate::{
+use silmap_measure::evaluate::{
     EvaluateParams, MethodErrors, Place, ViewpointError, evaluate, summarise,
 };
+use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
 
 use crate::args::{EvaluateArgs, WhereArg};
 use crate::commands::open_gpu;
 use crate::files::{load_model_of, read_asset};
 use crate::output;
 use crate::progress::Progress;
-use crate::texture_errors::{
-    TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,
-};
 
 #[derive(Serialize)]
 struct EvaluateJson {
@@ -83,7 +81,8 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
             let mesh = model.mesh.mesh();
             Some(TextureErrors {
                 viewpoints,
-                colour_difference: colour_errors(gpu, &asset, mesh, &params)
+                colour_difference: Progress::new()
+                    .watch(|monitor| colour_errors(gpu, &asset, mesh, &params, monitor))
                     .with_context(|| args.asset.display().to_string())?,
                 discontinuities_per_1000: discontinuities_per_1000(&asset, mesh),
             })

@@ -6,10 +6,11 @@ use anyhow::Context;
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
-use silmap_exact::silhouette_edges;
+use silmap_exact::{FanReport, silhouette_edges};
 use silmap_geometry::{Camera, TriangleMesh};
 use silmap_gpu::{Gpu, GpuError};
 use silmap_map::{Asset, Method};
+use silmap_measure::ExactShape;
 use silmap_preprocess::mesh_io::{self, LoadedTriangles};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, RenderError, Renderer,
@@ -19,7 +20,6 @@ use silmap_runtime::{
 use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
 use crate::camera::camera_from_args;
 use crate::commands::open_gpu;
-use crate::exact_shape::{ExactShape, FansJson};
 use crate::files::{load_model, load_model_of, read_asset};
 use crate::interrupt;
 use crate::names::PictureKind;
@@ -37,6 +37,27 @@ struct Rendered<'a> {
     /// In mode `exact`.
     #[serde(skip_serializing_if = "Option::is_none")]
     fans: Option<FansJson>,
+}
+
+/// What the stencil was filled with.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct FansJson {
+    loops: usize,
+    loops_decomposed: usize,
+    /// Pixels that fan triangles pass over, before and after long loops were cut.
+    fan_area: f64,
+    fan_area_decomposed: f64,
+}
+
+impl From<&FanReport> for FansJson {
+    fn from(fans: &FanReport) -> Self {
+        Self {
+            loops: fans.loops_before,
+            loops_decomposed: fans.loops_after,
+            fan_area: fans.area_before_px,
+            fan_area_decomposed: fans.area_after_px,
+        }
+    }
 }
 
 impl ModeArg {
@@ -147,7 +168,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             width: picture.width,
             height: picture.height,
             adapter: gpu.adapter_name(),
-            fans: exact.as_ref().map(ExactShape::fans),
+            fans: exact.as_ref().map(|shape| shape.fans().into()),
         });
     }
     output::say(&format!(
@@ -231,7 +252,8 @@ fn camera(
 fn exact_shape(mesh: &TriangleMesh, params: &FrameParams) -> anyhow::Result<ExactShape> {
     let camera = &params.camera;
     let edges = silhouette_edges(mesh, camera.eye);
-    ExactShape::new(mesh, &edges, camera, params.antialias == Antialias::Soft)
+    let with_outline = params.antialias == Antialias::Soft;
+    Ok(ExactShape::new(mesh, &edges, camera, with_outline)?)
 }
 
 impl From<ModeArg> for Mode {

@@ -5,13 +5,12 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use serde::Serialize;
+use silmap_measure::{MeasureError, MeasureParams, compare, measure};
 use silmap_report::Report;
 
 use crate::args::ReportArgs;
 use crate::commands::open_gpu;
-use crate::comparison::compare;
 use crate::files::{load_model_of, read_asset};
-use crate::measure::{MeasureParams, measure};
 use crate::output::{self, OutputFolder};
 use crate::progress::Progress;
 
@@ -33,21 +32,20 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let model = load_model_of(&asset, &args.model, args.mending)?;
     let params = params_from_args(args);
     let gpu = open_gpu().ok();
-    let report = Progress::new()
+    let (measured, comparison) = Progress::new()
         .watch(|monitor| {
             let how = (&params, gpu.as_ref());
-            let report = measure(&asset, &bytes, model.mesh.mesh(), how, monitor)?;
-            let comparison = if args.comparison {
-                Some(compare(&asset, &bytes, &model.mesh, gpu.as_ref(), monitor)?)
-            } else {
-                None
-            };
-            anyhow::Ok(Report {
-                comparison,
-                ..report
-            })
+            let measured = measure(&asset, &bytes, &model.mesh, how, monitor)?;
+            let comparison = (args.comparison)
+                .then(|| compare(&asset, &bytes, &model.mesh, gpu.as_ref(), monitor))
+                .transpose()?;
+            Ok::<_, MeasureError>((measured, comparison))
         })
         .with_context(|| args.asset.display().to_string())?;
+    let report = Report {
+        comparison,
+        ..Report::new(&asset, model.mesh.mesh(), measured)
+    };
     let (html, json) = (silmap_report::html(&report), silmap_report::json(&report));
     folder.write(&[(NUMBERS, json.as_bytes()), (PAGE, html.as_bytes())])?;
     // The full path, to be clicked on; as typed where the system does not know it.
@@ -55,7 +53,7 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let result = ReportJson {
         report: shown.join(PAGE),
         numbers: shown.join(NUMBERS),
-        seconds: report.conditions.seconds,
+        seconds: report.measured.conditions.seconds,
     };
     if args.output.json {
         return output::print_json(&result);

@@ -8,8 +8,8 @@ use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{Simplified, SimplifyParams, simplify};
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
+use silmap_measure::evaluate::compare;
 use silmap_preprocess::capture::cpu::rasterise;
-use silmap_preprocess::evaluate::compare;
 use silmap_preprocess::mesh_io;
 
 use crate::args::SimplifyArgs;

@@ -1,5 +1,7 @@
 //! What follows from measured times, and that the page has it.
 
+use silmap_measure::ContourResult;
+
 use super::*;
 
 fn result(method: &str, edges: f64, seconds: f64) -> ExtractionResult {

@@ -11,8 +11,8 @@ pub(super) fn sizes(report: &Report<'_>) -> Markup {
     let map = &report.asset.map;
     let counts: Vec<usize> = map.contour_vertex_counts().collect();
     let summary = contour_counts(report);
-    let map_bytes = report.bytes.first().map_or(0, |b| b.1) as f64;
-    let total = report.bytes.last().map_or(0, |b| b.1).max(1) as f64;
+    let map_bytes = report.measured.bytes.first().map_or(0, |b| b.1) as f64;
+    let total = report.measured.bytes.last().map_or(0, |b| b.1).max(1) as f64;
     html! {
         section {
             h2 { "Sizes" }
@@ -22,7 +22,7 @@ pub(super) fn sizes(report: &Report<'_>) -> Markup {
                         table {
                             thead { tr { th { "part" } th { "bytes" } th { "of the file, %" } } }
                             tbody {
-                                @for (name, bytes) in &report.bytes {
+                                @for (name, bytes) in &report.measured.bytes {
                                     tr {
                                         th scope="row" { (name) }
                                         td { (grouped(*bytes)) }
@@ -65,18 +65,18 @@ fn row(name: &str, value: String) -> Markup {
 }
 
 pub(super) fn times(report: &Report<'_>) -> Markup {
-    let conditions = &report.conditions;
+    let conditions = &report.measured.conditions;
     html! {
         section {
             h2 { "Times" }
             div.plots {
-                @if !report.contour_times.is_empty() {
+                @if !report.measured.contour_times.is_empty() {
                     div.scroll {
                         table {
                             caption { "An outline, by method" }
                             thead { tr { th { "method" } th { "median, ms" } th { "95 % below, ms" } th { "calls" } } }
                             tbody {
-                                @for time in &report.contour_times {
+                                @for time in &report.measured.contour_times {
                                     tr {
                                         th scope="row" { (swatch(&time.method)) (time.method) }
                                         td { (millis(time.median)) }

@@ -4,9 +4,11 @@ use silmap_geometry::{Camera, ColourImage, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet, ViewContour,
 };
+use silmap_measure::{
+    ColourRow, Conditions, ContourTime, DirectionErrors, Measured, PolytopeLevel, TextureFigures,
+};
 
 use super::*;
-use crate::{ColourRow, Conditions, ContourTime, DirectionErrors, PolytopeLevel, TextureFigures};
 
 /// Views of nothing in particular from the corners of a tetrahedron.
 fn asset() -> Asset {
@@ -63,10 +65,60 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
         title: "A <model> & more".to_owned(),
         asset,
         model,
-        bytes: vec![
-            ("silhouettes".to_owned(), 12_345),
-            ("whole file".to_owned(), 54_321),
-        ],
+        measured: Measured {
+            bytes: vec![
+                ("silhouettes".to_owned(), 12_345),
+                ("whole file".to_owned(), 54_321),
+            ],
+            uniform_curve: Some(vec![(1024, 0.001), (128, 0.02)]),
+            polytopes: vec![PolytopeLevel {
+                label: "four views".to_owned(),
+                eyes: asset.map.views.iter().map(|v| v.camera.eye).collect(),
+                triangles: asset.map.triangles.clone(),
+            }],
+            places: vec![PlaceErrors {
+                place: "polytope".to_owned(),
+                description: "somewhere".to_owned(),
+                viewpoints: 7,
+                methods: vec![MethodErrors {
+                    method: "tight".to_owned(),
+                    misclassified: [0.0123, 0.01, 0.05],
+                    escaped: [0.0001, 0.002],
+                }],
+                samples: vec![sample("tight", 0.0123), sample("tight", 0.05)],
+            }],
+            directions: vec![DirectionErrors {
+                method: "tight".to_owned(),
+                samples: vec![(DVec3::Z, 0.01), (DVec3::X, 0.04)],
+            }],
+            worst: vec![WorstView {
+                sample: sample("tight", 0.05),
+                camera,
+                truth: Mask::new(64, 64),
+                predicted: Mask::new(64, 64),
+            }],
+            textures: Some(TextureFigures {
+                atlas_share: 0.0123,
+                discontinuities: vec![("closest-point".to_owned(), 6.54)],
+                colours: vec![ColourRow {
+                    paint: "blended".to_owned(),
+                    mean: [1.0, 3.21, 2.0],
+                    worst: 4.56,
+                }],
+                ..TextureFigures::default()
+            }),
+            contour_times: vec![ContourTime {
+                method: "tight".to_owned(),
+                median: 0.000_25,
+                most: 0.0005,
+                calls: 9,
+            }],
+            conditions: Conditions {
+                machine: "a machine".to_owned(),
+                threads: 2,
+                ..Conditions::default()
+            },
+        },
         seconds: vec![("capture".to_owned(), 1.5)],
         rows: vec![PictureRow {
             caption: "from the left".to_owned(),
@@ -79,55 +131,7 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
                 },
             }],
         }],
-        uniform_curve: Some(vec![(1024, 0.001), (128, 0.02)]),
-        polytopes: vec![PolytopeLevel {
-            label: "four views".to_owned(),
-            eyes: asset.map.views.iter().map(|v| v.camera.eye).collect(),
-            triangles: asset.map.triangles.clone(),
-        }],
-        places: vec![PlaceErrors {
-            place: "polytope".to_owned(),
-            description: "somewhere".to_owned(),
-            viewpoints: 7,
-            methods: vec![MethodErrors {
-                method: "tight".to_owned(),
-                misclassified: [0.0123, 0.01, 0.05],
-                escaped: [0.0001, 0.002],
-            }],
-            samples: vec![sample("tight", 0.0123), sample("tight", 0.05)],
-        }],
-        directions: vec![DirectionErrors {
-            method: "tight".to_owned(),
-            samples: vec![(DVec3::Z, 0.01), (DVec3::X, 0.04)],
-        }],
-        worst: vec![WorstView {
-            sample: sample("tight", 0.05),
-            camera,
-            truth: Mask::new(64, 64),
-            predicted: Mask::new(64, 64),
-        }],
-        contour_times: vec![ContourTime {
-            method: "tight".to_owned(),
-            median: 0.000_25,
-            most: 0.0005,
-            calls: 9,
-        }],
         comparison: None,
-        conditions: Conditions {
-            machine: "a machine".to_owned(),
-            threads: 2,
-            ..Conditions::default()
-        },
-        textures: Some(TextureFigures {
-            atlas_share: 0.0123,
-            discontinuities: vec![("closest-point".to_owned(), 6.54)],
-            colours: vec![ColourRow {
-                paint: "blended".to_owned(),
-                mean: [1.0, 3.21, 2.0],
-                worst: 4.56,
-            }],
-            ..TextureFigures::default()
-        }),
         notes: vec!["A note.".to_owned()],
     }
 }
@@ -185,12 +189,12 @@ fn an_asset_of_which_little_is_known_has_a_page_too() {
         view.contours.iter_mut().for_each(|c| c.depths.clear());
     }
     let mut little = report(&asset, &model);
-    little.uniform_curve = None;
-    little.places.clear();
-    little.directions.clear();
-    little.worst.clear();
-    little.contour_times.clear();
-    little.polytopes.clear();
+    little.measured.uniform_curve = None;
+    little.measured.places.clear();
+    little.measured.directions.clear();
+    little.measured.worst.clear();
+    little.measured.contour_times.clear();
+    little.measured.polytopes.clear();
     let html = crate::html(&little);
     assert!(html.contains("Sizes") && !html.contains("Worst") && !html.contains("in space"));
 }
@@ -241,6 +245,6 @@ fn figures_of_textures_are_on_the_page_and_among_the_numbers() {
         at("/textures/colour_difference/blended/largest_channel"),
         Some(3.21)
     );
-    report.textures = None;
+    report.measured.textures = None;
     assert!(!page(&report).into_string().contains("Textures"));
 }

@@ -10,7 +10,7 @@ use silmap_runtime::{
     Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
 };
 
-use crate::exact_shape::ExactShape;
+use crate::{ExactShape, MeasureError};
 
 /// Draws frames to a texture and times them.
 pub(crate) struct Drawer<'a> {
@@ -52,7 +52,7 @@ impl<'g> Drawer<'g> {
         (width, height): (u32, u32),
         asset: &Asset,
         full: &TriangleMesh,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, MeasureError> {
         let options = RendererOptions::default();
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("measured frame"),
@@ -90,7 +90,7 @@ impl Region<'_, '_> {
         &mut self,
         frame: &FrameParams,
         mesh: &TriangleMesh,
-    ) -> anyhow::Result<Option<ExactShape>> {
+    ) -> Result<Option<ExactShape>, MeasureError> {
         let Self::Exact(extractor) = self else {
             return Ok(None);
         };
@@ -107,7 +107,7 @@ impl Drawer<'_> {
         instances: &[FrameParams],
         region: &mut Region<'_, '_>,
         mesh: &TriangleMesh,
-    ) -> anyhow::Result<(f64, f64)> {
+    ) -> Result<(f64, f64), MeasureError> {
         wait_for(self.gpu, None)?;
         let (mut on_processor, mut submitted) = (0.0, 0.0);
         for (k, frame) in instances.iter().enumerate() {
@@ -150,7 +150,7 @@ impl Drawer<'_> {
         frame: &FrameParams,
         region: &mut Region<'_, '_>,
         mesh: &TriangleMesh,
-    ) -> anyhow::Result<Mask> {
+    ) -> Result<Mask, MeasureError> {
         let picture = match region.shape(frame, mesh)? {
             Some(shape) => (self.renderer).render_shape(self.gpu, frame, &shape.clip_shape())?,
             None => self.renderer.render(self.gpu, frame)?,

@@ -5,8 +5,12 @@
 
 use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
-use silmap_geometry::{Camera, Mask};
+use silmap_geometry::{Bvh, Camera, ClosedMesh, Mask};
 use silmap_map::{CapturedErrors, InterpolateError, Interpolation, Method, Scratch, SilhouetteMap};
+use silmap_preprocess::pipeline::{
+    BuildError, BuildParams, captured_map, captured_masks, without_unseen,
+};
+use silmap_preprocess::{Monitor, Stage};
 
 use crate::evaluate::compare;
 
@@ -24,6 +28,60 @@ pub fn uniform_counts(views: u32) -> Vec<u32> {
     let halved = std::iter::successors(Some(quarter), |n| Some(n / 2));
     let counts = halved.take_while(|&n| n >= FEWEST_VIEWS);
     counts.take(MOST_POINTS).collect()
+}
+
+/// A map of `views` evenly spread views, all kept; what else `params` say holds for it too.
+///
+/// # Errors
+/// As [`silmap_preprocess::pipeline::build`].
+pub fn uniform_map(
+    model: &ClosedMesh,
+    params: &BuildParams,
+    views: u32,
+    monitor: &Monitor<'_>,
+) -> Result<SilhouetteMap, BuildError> {
+    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, monitor)
+}
+
+fn uniform_map_of(
+    (model, tree): (&ClosedMesh, &Bvh),
+    params: &BuildParams,
+    views: u32,
+    monitor: &Monitor<'_>,
+) -> Result<SilhouetteMap, BuildError> {
+    let (cameras, masks) = captured_masks(model, params, views, monitor)?;
+    captured_map(model, tree, (&cameras, &masks), params, monitor)
+}
+
+/// Views and mean errors of maps of evenly spread views, most views first, measured at the views that a build by `params`
+/// captures; without those numbers of views that make no map.
+///
+/// # Errors
+/// When interrupted, or the views of the build cannot be captured.
+pub fn uniform_curve(
+    model: &ClosedMesh,
+    params: &BuildParams,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<(u32, f64)>, BuildError> {
+    let seen = without_unseen(model, params);
+    let model = seen.as_ref().map_or(model, |(seen, _)| seen);
+    let tree = Bvh::new(model.mesh());
+    let (cameras, masks) = captured_masks(model, params, params.views, monitor)?;
+    let counts = uniform_counts(params.views);
+    monitor.start(Stage::Evaluate, counts.len() as u64);
+    let mut curve = Vec::with_capacity(counts.len());
+    for views in counts {
+        monitor.check()?;
+        if let Ok(map) = uniform_map_of((model, &tree), params, views, &monitor.quiet())
+            && let Ok(errors) = captured_errors(&map, (&cameras, &masks), params.map.method)
+        {
+            curve.push((views, errors.mean));
+        }
+        monitor.advance(Stage::Evaluate, 1);
+    }
+    monitor.finish(Stage::Evaluate);
+    monitor.check()?;
+    Ok(curve)
 }
 
 /// How wrong the outlines of `map` are at some cameras, as shares of what `masks`, the true pictures, have inside.
@@ -63,11 +121,9 @@ pub fn captured_errors(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Monitor;
-    use crate::capture::{Backend, CaptureParams, capture, view_sphere};
-    use crate::models;
-    use crate::pipeline::{BuildParams, build, uniform_map};
-    use silmap_geometry::ClosedMesh;
+    use silmap_preprocess::capture::{Backend, CaptureParams, capture, view_sphere};
+    use silmap_preprocess::models;
+    use silmap_preprocess::pipeline::build;
 
     fn small_params() -> BuildParams {
         let mut params = BuildParams {
@@ -94,7 +150,8 @@ mod tests {
     fn more_views_are_better_and_chosen_views_are_best() {
         let model = ClosedMesh::try_from(models::torus(600)).unwrap();
         let (asset, _) = build(&model, "torus", &small_params(), &Monitor::silent()).unwrap();
-        let curve = &asset.record.uniform_curve;
+        assert_eq!(asset.record.uniform_curve, []);
+        let curve = uniform_curve(&model, &small_params(), &Monitor::silent()).unwrap();
         let counts: Vec<u32> = curve.iter().map(|(views, _)| *views).collect();
         assert_eq!(counts, uniform_counts(128));
         assert!(curve[0].1 < curve[1].1, "{curve:?}");

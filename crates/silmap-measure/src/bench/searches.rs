@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use glam::DVec3;
 use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint};
+use silmap_preprocess::{Interrupted, Monitor};
 
 use super::median;
-use crate::interrupt;
 
 /// A method that takes long is timed at the first viewpoints alone, as many as it takes this long for, seconds.
 const MOST_SECONDS: f64 = 2.0;
@@ -40,8 +40,12 @@ impl<'m> Search<'m> {
     ///
     /// # Errors
     /// When interrupted before.
-    pub(crate) fn new(mesh: &'m EdgeMesh, method: Method) -> anyhow::Result<Self> {
-        interrupt::check()?;
+    pub(crate) fn new(
+        mesh: &'m EdgeMesh,
+        method: Method,
+        monitor: &Monitor<'_>,
+    ) -> Result<Self, Interrupted> {
+        monitor.check()?;
         let since = Instant::now();
         let extractor = Extractor::new(mesh, method);
         Ok(Self {
@@ -56,7 +60,11 @@ impl<'m> Search<'m> {
     ///
     /// # Errors
     /// When interrupted.
-    pub(crate) fn time(&mut self, eyes: &[DVec3]) -> anyhow::Result<SearchTimes> {
+    pub(crate) fn time(
+        &mut self,
+        eyes: &[DVec3],
+        monitor: &Monitor<'_>,
+    ) -> Result<SearchTimes, Interrupted> {
         let mut edges = Vec::new();
         let mut times = SearchTimes::default();
         let (mut found, mut tested, mut visited) = (0, 0, 0);
@@ -69,7 +77,7 @@ impl<'m> Search<'m> {
                     reached = k;
                     break;
                 }
-                interrupt::check()?;
+                monitor.check()?;
                 let viewpoint = Viewpoint::Eye(eye);
                 let since = Instant::now();
                 let work = self.extractor.extract(&viewpoint, &mut edges);

@@ -6,33 +6,39 @@ use silmap_geometry::polygon::{edges as segments, fill_even_odd};
 use silmap_geometry::{Camera, Mask, TriangleMesh};
 
 use super::searches::{Search, SearchTimes};
+use crate::MeasureError;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Row {
-    pub(crate) name: String,
+pub struct Row {
+    /// What was timed, such as `clipped-tight-soft`.
+    pub name: String,
     /// Faces that are drawn or searched.
-    pub(crate) faces: Option<usize>,
+    pub faces: Option<usize>,
     /// Of the device for a frame; of the processor where nothing is drawn.
-    pub(crate) seconds_median: f64,
+    pub seconds_median: f64,
     /// Of the processor, for the outline and for recording the frame.
-    pub(crate) cpu_seconds_median: f64,
+    pub cpu_seconds_median: f64,
     /// Distance to the exact outline: the area between the two over the exact one's length, pixels.
-    pub(crate) outline_error: Option<f64>,
+    pub outline_error: Option<f64>,
     /// Pixels on the wrong side, of those inside.
-    pub(crate) misclassified: Option<f64>,
+    pub misclassified: Option<f64>,
     /// What has to be kept.
-    pub(crate) bytes: u64,
-    pub(crate) repeat: usize,
-    /// Of all viewpoints, on average, as are the next two.
+    pub bytes: u64,
+    /// How often it was timed.
+    pub repeat: usize,
+    /// Edges found by extraction at a viewpoint, on average.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) silhouette_edges: Option<f64>,
+    pub silhouette_edges: Option<f64>,
+    /// Edges tested there.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) tested_edges: Option<f64>,
+    pub tested_edges: Option<f64>,
+    /// Nodes tested there.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) visited_nodes: Option<f64>,
+    pub visited_nodes: Option<f64>,
+    /// Seconds to prepare extraction.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) build_seconds: Option<f64>,
+    pub build_seconds: Option<f64>,
 }
 
 impl Row {
@@ -67,7 +73,8 @@ impl Row {
     }
 
     /// Processor and device, one after the other, for rows that draw.
-    pub(crate) fn frame_seconds(&self) -> f64 {
+    #[must_use]
+    pub fn frame_seconds(&self) -> f64 {
         self.seconds_median + self.cpu_seconds_median
     }
 
@@ -106,7 +113,10 @@ impl Truth {
     ///
     /// # Errors
     /// When the mesh does not lie in front of a camera.
-    pub(super) fn at_some(full: &TriangleMesh, cameras: &[Camera]) -> anyhow::Result<Vec<Self>> {
+    pub(super) fn at_some(
+        full: &TriangleMesh,
+        cameras: &[Camera],
+    ) -> Result<Vec<Self>, MeasureError> {
         let step = cameras.len().div_ceil(COMPARED_VIEWS).max(1);
         let mut outliner = Outliner::new(&full.positions);
         (cameras.iter().step_by(step))

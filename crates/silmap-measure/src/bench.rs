@@ -11,9 +11,10 @@ use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::asset::AssetSizes;
 use silmap_map::{Asset, Interpolation, Method, Scratch};
+use silmap_preprocess::Monitor;
 use silmap_runtime::{Antialias, FrameParams, Mode};
 
-use crate::interrupt;
+use crate::MeasureError;
 use frames::{Region, params};
 use rows::Truth;
 
@@ -22,22 +23,29 @@ mod rows;
 mod searches;
 
 pub(crate) use frames::Drawer;
-pub(crate) use rows::Row;
+pub use rows::Row;
 use rows::median;
 pub(crate) use searches::{Search, SearchTimes};
 
 /// What is measured.
 #[derive(Debug)]
-pub(crate) struct Bench<'a> {
-    pub(crate) full: &'a TriangleMesh,
+pub struct Bench<'a> {
+    /// The model.
+    pub full: &'a TriangleMesh,
     /// The mesh simplified to the hull's faces, drawn beside it.
-    pub(crate) simplified: Option<&'a TriangleMesh>,
-    pub(crate) asset: &'a Asset,
-    pub(crate) sizes: AssetSizes,
+    pub simplified: Option<&'a TriangleMesh>,
+    /// Its asset.
+    pub asset: &'a Asset,
+    /// Bytes of the asset's file.
+    pub sizes: AssetSizes,
     /// One after the other around the model, for each frame as many as it has instances.
-    pub(crate) cameras: Vec<Camera>,
-    pub(crate) instances: usize,
-    pub(crate) extractions: Vec<Extraction>,
+    pub cameras: Vec<Camera>,
+    /// Instances drawn in a frame.
+    pub instances: usize,
+    /// Methods of extraction to time.
+    pub extractions: Vec<Extraction>,
+    /// Asked now and then whether to stop.
+    pub monitor: &'a Monitor<'a>,
 }
 
 /// Frames that take long are drawn for this many seconds alone: the row says how many there were.
@@ -71,15 +79,15 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// When interrupted, the mesh is not manifold, the map is broken or the device fails.
-    pub(crate) fn run(&self, gpu: &Gpu) -> anyhow::Result<(Vec<Row>, bool)> {
+    pub fn run(&self, gpu: &Gpu) -> Result<(Vec<Row>, bool), MeasureError> {
         let truths = Truth::at_some(self.full, &self.cameras)?;
         let mut rows = self.time_contours(&truths)?;
         let edge_mesh = EdgeMesh::new(self.full)?;
         let eyes: Vec<DVec3> = self.cameras.iter().map(|c| c.eye).collect();
         let mut searches = Vec::new();
         for &method in &self.extractions {
-            let mut search = Search::new(&edge_mesh, method)?;
-            let times = search.time(&eyes)?;
+            let mut search = Search::new(&edge_mesh, method, self.monitor)?;
+            let times = search.time(&eyes, self.monitor)?;
             rows.push(Row::of_search(&search, self.full.faces.len(), times));
             searches.push(search);
         }
@@ -92,11 +100,11 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// When interrupted, or the map is broken.
-    pub(crate) fn contour_rows(&self) -> anyhow::Result<Vec<Row>> {
+    pub(crate) fn contour_rows(&self) -> Result<Vec<Row>, MeasureError> {
         self.time_contours(&Truth::at_some(self.full, &self.cameras)?)
     }
 
-    fn time_contours(&self, truths: &[Truth]) -> anyhow::Result<Vec<Row>> {
+    fn time_contours(&self, truths: &[Truth]) -> Result<Vec<Row>, MeasureError> {
         let mut rows = Vec::new();
         let map = &self.asset.map;
         let mut scratch = Scratch::new(map)?;
@@ -105,7 +113,7 @@ impl Bench<'_> {
             // The first round fills buffers that a frame finds warm.
             for is_timed in [false, true] {
                 for camera in &self.cameras {
-                    interrupt::check()?;
+                    self.monitor.check()?;
                     let since = Instant::now();
                     scratch.interpolate(map, camera, Interpolation::from(method))?;
                     if is_timed {
@@ -134,13 +142,13 @@ impl Bench<'_> {
         &self,
         drawer: &mut Drawer<'_>,
         searches: &mut [Search<'_>],
-    ) -> anyhow::Result<FrameTimes> {
+    ) -> Result<FrameTimes, MeasureError> {
         let best = Method::best_for(&self.asset.map);
         let mut seconds = |mode, region: &mut Region<'_, '_>| {
             let row = Row::new(String::new(), None, 0);
             let how = (mode, best, Antialias::None);
             let row = self.time_row(drawer, &[], (row, how), region)?;
-            anyhow::Ok(row.frame_seconds())
+            Ok::<_, MeasureError>(row.frame_seconds())
         };
         Ok(FrameTimes {
             full: seconds(Mode::Original, &mut Region::Own)?,
@@ -151,7 +159,7 @@ impl Bench<'_> {
                     search.extractor.forget();
                     seconds(Mode::Exact, &mut Region::Exact(&mut search.extractor))
                 })
-                .collect::<anyhow::Result<_>>()?,
+                .collect::<Result<_, MeasureError>>()?,
         })
     }
 
@@ -159,7 +167,7 @@ impl Bench<'_> {
     ///
     /// # Errors
     /// When the device fails.
-    pub(crate) fn drawer<'g>(&self, gpu: &'g Gpu) -> anyhow::Result<Drawer<'g>> {
+    pub(crate) fn drawer<'g>(&self, gpu: &'g Gpu) -> Result<Drawer<'g>, MeasureError> {
         let size = (self.cameras.first()).map_or((1, 1), |c| (c.width_px, c.height_px));
         Drawer::new(gpu, size, self.asset, self.full)
     }
@@ -170,7 +178,7 @@ impl Bench<'_> {
         truths: &[Truth],
         searches: Vec<Search<'_>>,
         rows: &mut Vec<Row>,
-    ) -> anyhow::Result<()> {
+    ) -> Result<(), MeasureError> {
         let best = Method::best_for(&self.asset.map);
         let faces = self.full.faces.len();
         let hull_faces = self.asset.hull.faces.len();
@@ -229,13 +237,13 @@ impl Bench<'_> {
         truths: &[Truth],
         (row, (mode, method, antialias)): (Row, (Mode, Method, Antialias)),
         region: &mut Region<'_, '_>,
-    ) -> anyhow::Result<Row> {
+    ) -> Result<Row, MeasureError> {
         let (mut device, mut processor) = (Vec::new(), Vec::new());
         let frames = self.cameras.chunks(self.instances.max(1));
         let started = Instant::now();
         // The first frame makes pipelines and grows buffers.
         for (k, cameras) in frames.clone().take(1).chain(frames).enumerate() {
-            interrupt::check()?;
+            self.monitor.check()?;
             let frame: Vec<FrameParams> = (cameras.iter())
                 .map(|&camera| params(camera, mode, method, antialias))
                 .collect();
@@ -250,7 +258,7 @@ impl Bench<'_> {
         }
         let mut errors = Vec::new();
         for truth in truths {
-            interrupt::check()?;
+            self.monitor.check()?;
             let frame = params(truth.camera, mode, method, antialias);
             let mask = drawer.mask(&frame, region, self.full)?;
             errors.push(truth.errors_of(&mask));

@@ -5,41 +5,41 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use glam::DVec3;
-use silmap_geometry::{Bounds, Camera, TriangleMesh};
+use silmap_geometry::{Bounds, Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Interpolation, Method, Scratch, SilhouetteMap, Transfer, asset};
 use silmap_preprocess::Monitor;
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::triangulate_view_sphere;
-use silmap_preprocess::evaluate::{
-    Comparison, EvaluateError, EvaluateParams, Place, ViewpointError, evaluate, evaluate_at,
+use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
+use silmap_preprocess::recipe::Recipe;
+
+use crate::evaluate::{
+    self, Comparison, EvaluateError, EvaluateParams, Place, ViewpointError, evaluate, evaluate_at,
     spread_viewpoints, summarise,
 };
-use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
-use silmap_preprocess::texture;
-use silmap_report::{
-    ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
-    PolytopeLevel, Report, TextureFigures, WorstView,
+use crate::uniform::uniform_curve;
+use crate::{
+    ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MeasureError, MethodErrors,
+    PlaceErrors, PolytopeLevel, TextureErrorParams, TextureFigures, WorstView, colour_errors,
+    discontinuities_per_1000, machine, painting,
 };
-
-use crate::texture_errors::{TextureErrorParams, colour_errors, discontinuities_per_1000};
-use crate::{interrupt, machine};
 
 /// How much is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MeasureParams {
+pub struct MeasureParams {
     /// Test viewpoints in each place.
-    pub(crate) viewpoints: u32,
+    pub viewpoints: u32,
     /// Seed of their directions.
-    pub(crate) seed: u64,
+    pub seed: u64,
     /// Directions of the maps of the sphere.
-    pub(crate) directions: u32,
+    pub directions: u32,
     /// Side of the test pictures, pixels.
-    pub(crate) resolution_px: u32,
+    pub resolution_px: u32,
     /// Worst viewpoints that are shown of the best method; of the others one.
-    pub(crate) worst: usize,
+    pub worst: usize,
     /// Outlines that are timed for each method.
-    pub(crate) timed_calls: u32,
+    pub timed_calls: u32,
 }
 
 impl Default for MeasureParams {
@@ -68,22 +68,46 @@ const PLACES: [(Place, &str); 3] = [
     (Place::Shell, "at distances of 1.5 to 10 radii, log-uniform"),
 ];
 
-/// Measures an asset whose file has these bytes; colours only where there is a graphics adapter. The report has no pictures,
-/// build times or notes yet.
+/// What was measured of an asset.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Size of its file and of the parts in it: name and bytes, the whole file last.
+    pub bytes: Vec<(String, u64)>,
+    /// Beside the asset's own curve: views of an even spread and their mean misclassified share, where that can be measured.
+    pub uniform_curve: Option<Vec<(u32, f64)>>,
+    /// The polytope of views at some counts, most views first.
+    pub polytopes: Vec<PolytopeLevel>,
+    /// Errors at test viewpoints in different places; the first is the one that the plots are about.
+    pub places: Vec<PlaceErrors>,
+    /// Errors over all directions, one set for each method.
+    pub directions: Vec<DirectionErrors>,
+    /// The viewpoints with the largest errors.
+    pub worst: Vec<WorstView>,
+    /// How well the hull is painted.
+    pub textures: Option<TextureFigures>,
+    /// How long an outline takes.
+    pub contour_times: Vec<ContourTime>,
+    /// What all that was measured on, and how.
+    pub conditions: Conditions,
+}
+
+/// Measures an asset whose file has these bytes; colours only where there is a graphics adapter.
 ///
 /// # Errors
 /// When interrupted, or the map is broken.
-pub(crate) fn measure<'a>(
-    asset: &'a Asset,
+pub fn measure(
+    asset: &Asset,
     bytes: &[u8],
-    model: &'a TriangleMesh,
+    model: &ClosedMesh,
     (params, gpu): (&MeasureParams, Option<&Gpu>),
     monitor: &Monitor<'_>,
-) -> anyhow::Result<Report<'a>> {
+) -> Result<Measured, MeasureError> {
     let started = Instant::now();
     let map = &asset.map;
     // First, while nothing else of this program runs.
-    let contour_times = time_outlines(map, params.timed_calls)?;
+    let contour_times = time_outlines(map, params.timed_calls, monitor)?;
+    let uniform_curve = curve_of_even_views(asset, model, monitor)?;
+    let model = model.mesh();
     let places = PLACES
         .iter()
         .map(|&(place, description)| {
@@ -91,23 +115,17 @@ pub(crate) fn measure<'a>(
         })
         .collect::<Result<Vec<_>, _>>()?;
     let directions = direction_errors(map, model, params, monitor)?;
-    let worst = worst_views(map, model, places.first(), params)?;
-    let textures = texture_figures(asset, model, params, gpu)?;
-    Ok(Report {
-        title: format!("Outline of {}", asset.record.name),
-        asset,
-        model,
+    let worst = worst_views(map, model, places.first(), params, monitor)?;
+    let textures = texture_figures(asset, model, (params, gpu), monitor)?;
+    Ok(Measured {
         bytes: byte_rows(&asset::sizes(bytes)?),
-        seconds: Vec::new(),
-        rows: Vec::new(),
-        uniform_curve: Some(asset.record.uniform_curve.clone()).filter(|curve| !curve.is_empty()),
+        uniform_curve,
         polytopes: polytopes(asset),
         places,
         directions,
         worst,
         textures: Some(textures),
         contour_times,
-        comparison: None,
         conditions: Conditions {
             machine: machine::describe(),
             threads: rayon::current_num_threads() as u32,
@@ -116,11 +134,26 @@ pub(crate) fn measure<'a>(
             seed: params.seed,
             seconds: started.elapsed().as_secs_f64(),
         },
-        notes: vec![format!(
-            "The asset was made by {} with {}.",
-            asset.record.generator, asset.record.options
-        )],
     })
+}
+
+/// The curve of evenly spread views: the one that the asset holds, else measured as the asset was built; `None` where the asset does
+/// not tell how, or there is none.
+fn curve_of_even_views(
+    asset: &Asset,
+    model: &ClosedMesh,
+    monitor: &Monitor<'_>,
+) -> Result<Option<Vec<(u32, f64)>>, MeasureError> {
+    let record = &asset.record;
+    let curve = if record.uniform_curve.is_empty() {
+        let Ok(recipe) = Recipe::from_record(record) else {
+            return Ok(None);
+        };
+        uniform_curve(model, &recipe.build, monitor)?
+    } else {
+        record.uniform_curve.clone()
+    };
+    Ok(Some(curve).filter(|curve| !curve.is_empty()))
 }
 
 fn evaluate_params(map: &SilhouetteMap, params: &MeasureParams) -> EvaluateParams {
@@ -172,7 +205,7 @@ fn place_errors(
     })
 }
 
-fn method_row(errors: &silmap_preprocess::evaluate::MethodErrors, suffix: &str) -> MethodErrors {
+fn method_row(errors: &evaluate::MethodErrors, suffix: &str) -> MethodErrors {
     MethodErrors {
         method: format!("{}{suffix}", errors.method.name()),
         misclassified: [
@@ -226,7 +259,8 @@ fn worst_views(
     model: &TriangleMesh,
     place: Option<&PlaceErrors>,
     params: &MeasureParams,
-) -> anyhow::Result<Vec<WorstView>> {
+    monitor: &Monitor<'_>,
+) -> Result<Vec<WorstView>, MeasureError> {
     let mut scratch = Scratch::new(map)?;
     let best = Method::best_for(map);
     let mut methods: Vec<Method> = Method::all_for(map).collect();
@@ -236,7 +270,7 @@ fn worst_views(
         let count = if method == best { params.worst } else { 1 };
         let samples = place.map_or(&[][..], |p| &p.samples);
         for sample in largest_errors(samples, method.name(), count) {
-            interrupt::check()?;
+            monitor.check()?;
             let seen = Comparison::new(sample.eye, map, model, params.resolution_px)?;
             let predicted = seen.predict(map, method.into(), &mut scratch)?;
             views.push(WorstView {
@@ -263,7 +297,11 @@ fn largest_errors<'a>(
 }
 
 /// How long outlines take along a smooth walk around the model, at the distance of the views.
-fn time_outlines(map: &SilhouetteMap, calls: u32) -> anyhow::Result<Vec<ContourTime>> {
+fn time_outlines(
+    map: &SilhouetteMap,
+    calls: u32,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<ContourTime>, MeasureError> {
     let mut scratch = Scratch::new(map)?;
     let size = (map.resolution_px, map.resolution_px);
     let cameras = walk(map, calls.max(1))
@@ -277,7 +315,7 @@ fn time_outlines(map: &SilhouetteMap, calls: u32) -> anyhow::Result<Vec<ContourT
             // The first round fills the buffers that later calls, a frame each, find warm.
             for is_timed in [false, true] {
                 for camera in &cameras {
-                    interrupt::check()?;
+                    monitor.check()?;
                     let since = Instant::now();
                     scratch.interpolate(map, camera, how)?;
                     if is_timed {
@@ -369,17 +407,17 @@ fn captured_polytope(map: &SilhouetteMap, count: u32) -> Option<(Vec<DVec3>, Vec
 fn texture_figures(
     asset: &Asset,
     model: &TriangleMesh,
-    params: &MeasureParams,
-    gpu: Option<&Gpu>,
-) -> anyhow::Result<TextureFigures> {
-    let found = texture::report(&asset.hull, &asset.textures, asset.map.radius);
+    (params, gpu): (&MeasureParams, Option<&Gpu>),
+    monitor: &Monitor<'_>,
+) -> Result<TextureFigures, MeasureError> {
+    let found = painting(&asset.hull, &asset.textures, asset.map.radius);
     let colour_params = TextureErrorParams {
         viewpoints: COLOUR_VIEWPOINTS,
         seed: params.seed,
         size_px: params.resolution_px,
     };
     let colours = match gpu {
-        Some(gpu) => colour_errors(gpu, asset, model, &colour_params)?,
+        Some(gpu) => colour_errors(gpu, asset, model, &colour_params, monitor)?,
         None => BTreeMap::new(),
     };
     Ok(TextureFigures {

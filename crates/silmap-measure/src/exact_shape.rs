@@ -1,27 +1,18 @@
 //! The exact silhouette of a model as a region that a frame is clipped to: here extraction and drawing meet, which do not
 //! know of each other.
 
-use serde::Serialize;
 use silmap_exact::{DirectedEdge, FanReport, Outliner, chain_loops, decompose_loops, image_loops};
 use silmap_geometry::{Camera, Loop, TriangleMesh};
 use silmap_runtime::{ClipShape, FanApex, FillRule};
 
+use crate::MeasureError;
+
 /// The exact silhouette in an image.
 #[derive(Clone, Debug)]
-pub(crate) struct ExactShape {
+pub struct ExactShape {
     layers: [Vec<Loop>; 1],
     outline: Vec<Loop>,
     fans: FanReport,
-}
-
-/// What the stencil was filled with.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct FansJson {
-    loops: usize,
-    loops_decomposed: usize,
-    /// Pixels that fan triangles pass over, before and after long loops were cut.
-    fan_area: f64,
-    fan_area_decomposed: f64,
 }
 
 impl ExactShape {
@@ -30,12 +21,12 @@ impl ExactShape {
     ///
     /// # Errors
     /// When the edges are no silhouette, or a vertex does not lie in front of the eye.
-    pub(crate) fn new(
+    pub fn new(
         mesh: &TriangleMesh,
         edges: &[DirectedEdge],
         camera: &Camera,
         with_outline: bool,
-    ) -> anyhow::Result<Self> {
+    ) -> Result<Self, MeasureError> {
         let loops = image_loops(&chain_loops(edges)?, &mesh.positions, camera)?;
         let (layer, fans) = decompose_loops(&loops);
         let outline = if with_outline {
@@ -51,7 +42,8 @@ impl ExactShape {
     }
 
     /// As the renderer takes it.
-    pub(crate) fn clip_shape(&self) -> ClipShape<'_> {
+    #[must_use]
+    pub fn clip_shape(&self) -> ClipShape<'_> {
         ClipShape {
             rule: FillRule::NonZero,
             apex: FanApex::Centroid,
@@ -60,12 +52,9 @@ impl ExactShape {
         }
     }
 
-    pub(crate) fn fans(&self) -> FansJson {
-        FansJson {
-            loops: self.fans.loops_before,
-            loops_decomposed: self.fans.loops_after,
-            fan_area: self.fans.area_before_px,
-            fan_area_decomposed: self.fans.area_after_px,
-        }
+    /// What the stencil is filled with.
+    #[must_use]
+    pub fn fans(&self) -> &FanReport {
+        &self.fans
     }
 }

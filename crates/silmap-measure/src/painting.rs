@@ -2,13 +2,11 @@
 
 use silmap_geometry::Camera;
 use silmap_map::{Atlas, CoarseHull, TextureSet};
-
-use super::views;
-use super::visibility::HullFaces;
+use silmap_preprocess::texture::{HullFaces, face_cosines, merit, picture_bytes};
 
 /// How well a hull is painted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TextureReport {
+pub struct Painting {
     /// Texture views taken.
     pub views: u32,
     /// Σ area × cosine over Σ area, each hull face with the view that sees it most squarely: 1 is head-on everywhere.
@@ -28,19 +26,9 @@ pub struct TextureReport {
     pub bytes: u64,
 }
 
-/// Bytes of all pictures.
-#[must_use]
-pub fn picture_bytes(textures: &TextureSet) -> u64 {
-    let atlas = textures.atlas.iter();
-    let of_atlas = atlas.flat_map(|a| [Some(&a.image), a.normals.as_ref()]);
-    let views = textures.views.iter().map(|view| &view.image);
-    let all = views.chain(of_atlas.flatten());
-    all.map(|image| image.bytes.len() as u64).sum()
-}
-
 /// How well `textures` paint `hull`, which encloses a model of this bounding radius.
 #[must_use]
-pub fn report(hull: &CoarseHull, textures: &TextureSet, radius: f64) -> TextureReport {
+pub fn painting(hull: &CoarseHull, textures: &TextureSet, radius: f64) -> Painting {
     let faces = HullFaces::new(hull);
     let bits = |face: usize| textures.visible_views.get(face).copied().unwrap_or(0);
     let is_seen_by = |face: usize, view: usize| bits(face) >> view & 1 == 1;
@@ -50,7 +38,7 @@ pub fn report(hull: &CoarseHull, textures: &TextureSet, radius: f64) -> TextureR
         .enumerate()
         .map(|(v, view)| {
             let paintable: Vec<bool> = (0..faces.len()).map(|f| is_seen_by(f, v)).collect();
-            views::face_cosines(&faces, &paintable, view.camera.eye)
+            face_cosines(&faces, &paintable, view.camera.eye)
         })
         .collect();
     let cosines: Vec<&[f64]> = cosines.iter().map(Vec::as_slice).collect();
@@ -69,9 +57,9 @@ pub fn report(hull: &CoarseHull, textures: &TextureSet, radius: f64) -> TextureR
     };
     let in_views: f64 = (0..faces.len()).map(largest_in_views).sum();
     let in_atlas: f64 = textures.atlas.as_ref().map_or(0.0, texels_of);
-    TextureReport {
+    Painting {
         views: textures.views.len() as u32,
-        merit: views::merit(&faces.areas, &cosines),
+        merit: merit(&faces.areas, &cosines),
         seen_share: of(seen, whole),
         atlas_share: of(whole - seen, whole),
         views_per_face: of(area(&|f| f64::from(bits(f).count_ones())), whole),

@@ -6,7 +6,8 @@ use silmap_geometry::TriangleMesh;
 
 /// Cuts each face into four at the middles of its edges, again and again while there are at most `most_faces`. The surface,
 /// its colours and the number of its loops stay as they are.
-pub(crate) fn subdivide(mesh: &TriangleMesh, most_faces: usize) -> TriangleMesh {
+#[must_use]
+pub fn subdivide(mesh: &TriangleMesh, most_faces: usize) -> TriangleMesh {
     let mut mesh = mesh.clone();
     while !mesh.faces.is_empty() && mesh.faces.len().saturating_mul(4) <= most_faces {
         mesh = once(&mesh);

@@ -14,11 +14,10 @@ use silmap_map::{
     Detail, InterpolateError, Interpolation, Method, Polytope, PolytopeError, Scratch,
     SilhouetteMap, Transfer,
 };
+use silmap_preprocess::capture::cpu::rasterise;
+use silmap_preprocess::capture::{CaptureError, spiral_directions};
+use silmap_preprocess::{Interrupted, Monitor, Stage};
 use thiserror::Error;
-
-use crate::capture::cpu::rasterise;
-use crate::capture::{CaptureError, spiral_directions};
-use crate::progress::{Interrupted, Monitor, Stage};
 
 /// Where the test viewpoints lie, along random directions from the center.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Measuring the comparison of a report: every method of extraction on the model and on coarser hulls of it, frames clipped to what
+//! Comparing: every method of extraction on the model and on coarser hulls of it, frames clipped to what
 //! they find, and interpolation at the same viewpoints.
 
 use glam::DVec3;
@@ -8,12 +8,16 @@ use silmap_gpu::Gpu;
 use silmap_map::{Asset, Method, asset};
 use silmap_preprocess::Monitor;
 use silmap_preprocess::hull::{self, HullParams};
-use silmap_report::{
-    Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
-};
 
 use crate::bench::{Bench, FrameTimes, Row, Search, SearchTimes};
-use crate::subdivide::subdivide;
+use crate::{MeasureError, subdivide};
+
+mod results;
+
+pub use results::{
+    BRUTE, Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
+    Motion, PARALLEL,
+};
 
 /// Faces of the coarser meshes: those of the 2000 paper's figure 9, and two more for larger models.
 const LEVEL_FACES: [usize; 6] = [500, 4_000, 20_000, 50_000, 100_000, 200_000];
@@ -39,13 +43,13 @@ const SIDE_PX: u32 = 512;
 ///
 /// # Errors
 /// When interrupted, or the asset's map is broken.
-pub(crate) fn compare(
+pub fn compare(
     asset: &Asset,
     bytes: &[u8],
     model: &ClosedMesh,
     gpu: Option<&Gpu>,
     monitor: &Monitor<'_>,
-) -> anyhow::Result<Comparison> {
+) -> Result<Comparison, MeasureError> {
     let meshes = resolutions(model, monitor)?;
     let (center, radius) = (asset.map.center, asset.map.radius);
     let cameras = walk_cameras(center, radius)?;
@@ -60,6 +64,7 @@ pub(crate) fn compare(
         cameras: cameras.to_vec(),
         instances: 1,
         extractions: Vec::new(),
+        monitor,
     };
     let mut comparison = Comparison {
         walk_viewpoints: walk.len() as u32,
@@ -78,8 +83,11 @@ pub(crate) fn compare(
         };
         let mut quick = Vec::new();
         for &method in Extraction::ALL {
-            let mut search = Search::new(edge_mesh, method)?;
-            let (on_walk, on_all_sides) = (search.time(&walk)?, search.time(&scattered)?);
+            let mut search = Search::new(edge_mesh, method, monitor)?;
+            let (on_walk, on_all_sides) = (
+                search.time(&walk, monitor)?,
+                search.time(&scattered, monitor)?,
+            );
             let result = extraction(&search, &on_walk, &on_all_sides);
             if result.walk.seconds_median < LONGEST_IN_FRAMES {
                 quick.push(search);
@@ -108,7 +116,7 @@ fn frames(
     asset: &Asset,
     drawn: &mut [(Bench<'_>, Vec<Search<'_>>)],
     levels: &mut [ComparisonLevel],
-) -> anyhow::Result<FrameResults> {
+) -> Result<FrameResults, MeasureError> {
     let times = frame_times(gpu, drawn)?;
     for (level, ((_, searches), times)) in levels.iter_mut().zip(drawn.iter().zip(&times)) {
         for (search, &seconds) in searches.iter().zip(&times.exact) {
@@ -138,10 +146,10 @@ fn frames(
 fn frame_times(
     gpu: &Gpu,
     drawn: &mut [(Bench<'_>, Vec<Search<'_>>)],
-) -> anyhow::Result<Vec<FrameTimes>> {
+) -> Result<Vec<FrameTimes>, MeasureError> {
     let mut drawers = (drawn.iter())
         .map(|(bench, _)| bench.drawer(gpu))
-        .collect::<anyhow::Result<Vec<_>>>()?;
+        .collect::<Result<Vec<_>, MeasureError>>()?;
     let mut least: Vec<FrameTimes> = Vec::new();
     for round in 0..FRAME_ROUNDS {
         for (k, ((bench, searches), drawer)) in drawn.iter_mut().zip(&mut drawers).enumerate() {
@@ -157,7 +165,10 @@ fn frame_times(
 }
 
 /// Coarser hulls of the model, and the model.
-fn resolutions(model: &ClosedMesh, monitor: &Monitor<'_>) -> anyhow::Result<Vec<TriangleMesh>> {
+fn resolutions(
+    model: &ClosedMesh,
+    monitor: &Monitor<'_>,
+) -> Result<Vec<TriangleMesh>, MeasureError> {
     let most = (LARGEST_SHARE * model.mesh().faces.len() as f64) as usize;
     let params = HullParams {
         target_faces: LEVEL_FACES[0] as u32,
@@ -174,7 +185,7 @@ fn resolutions(model: &ClosedMesh, monitor: &Monitor<'_>) -> anyhow::Result<Vec<
     Ok(meshes)
 }
 
-fn walk_cameras(center: DVec3, radius: f64) -> anyhow::Result<Vec<Camera>> {
+fn walk_cameras(center: DVec3, radius: f64) -> Result<Vec<Camera>, MeasureError> {
     let start = center + START.normalize_or_zero() * (DISTANCE_RADII * radius);
     walk_around(Viewpoint::Eye(start), center, WALK_VIEWPOINTS)
         .map(|viewpoint| {

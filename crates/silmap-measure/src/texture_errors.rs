@@ -6,14 +6,15 @@ use serde::Serialize;
 use silmap_geometry::{Bvh, Camera, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Method};
-use silmap_preprocess::evaluate::{EvaluateParams, Place, viewpoints};
-use silmap_preprocess::texture::{self, Parametrisation};
+use silmap_preprocess::Monitor;
+use silmap_preprocess::texture::Parametrisation;
 use silmap_runtime::{
     Antialias, Background, ColourDifference, EdgeParams, FrameParams, Mode, Paint, Renderer,
     RendererOptions,
 };
 
-use crate::interrupt;
+use crate::evaluate::{EvaluateParams, Place, viewpoints};
+use crate::{MeasureError, discontinuities};
 
 /// What is compared with the model.
 const PAINTS: [(&str, Paint); 4] = [
@@ -25,45 +26,48 @@ const PAINTS: [(&str, Paint); 4] = [
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct TextureErrors {
-    pub(crate) viewpoints: u32,
+pub struct TextureErrors {
+    /// Viewpoints that colours were compared at.
+    pub viewpoints: u32,
     /// By what the hull shows; empty where there is nothing to draw with.
-    pub(crate) colour_difference: BTreeMap<&'static str, ColourErrors>,
+    pub colour_difference: BTreeMap<&'static str, ColourErrors>,
     /// By parametrisation.
-    pub(crate) discontinuities_per_1000: BTreeMap<&'static str, f64>,
+    pub discontinuities_per_1000: BTreeMap<&'static str, f64>,
 }
 
 /// Differences of colours inside both outlines, in steps of 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct ColourErrors {
+pub struct ColourErrors {
     /// Mean of red, green and blue over all viewpoints.
-    pub(crate) mean: [f64; 3],
+    pub mean: [f64; 3],
     /// The largest of the three.
-    pub(crate) largest_channel: f64,
+    pub largest_channel: f64,
     /// The same at the viewpoint where it is largest.
-    pub(crate) worst_viewpoint: f64,
+    pub worst_viewpoint: f64,
 }
 
 /// Where and how finely is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct TextureErrorParams {
+pub struct TextureErrorParams {
     /// Random viewpoints on the sphere of the captured views.
-    pub(crate) viewpoints: u32,
-    pub(crate) seed: u64,
+    pub viewpoints: u32,
+    /// Seed of their directions.
+    pub seed: u64,
     /// Side of the pictures, pixels.
-    pub(crate) size_px: u32,
+    pub size_px: u32,
 }
 
 /// How far pictures are from the model's, for everything that the hull can show.
 ///
 /// # Errors
 /// When interrupted, or something cannot be drawn.
-pub(crate) fn colour_errors(
+pub fn colour_errors(
     gpu: &Gpu,
     asset: &Asset,
     model: &TriangleMesh,
     params: &TextureErrorParams,
-) -> anyhow::Result<BTreeMap<&'static str, ColourErrors>> {
+    monitor: &Monitor<'_>,
+) -> Result<BTreeMap<&'static str, ColourErrors>, MeasureError> {
     let map = &asset.map;
     let eyes = viewpoints(
         map,
@@ -79,7 +83,7 @@ pub(crate) fn colour_errors(
     renderer.load_model(gpu, model)?;
     let mut found: BTreeMap<&'static str, Vec<ColourDifference>> = BTreeMap::new();
     for eye in eyes {
-        interrupt::check()?;
+        monitor.check()?;
         let size = (params.size_px, params.size_px);
         let mut frame = FrameParams {
             camera: Camera::fit_sphere(eye, map.center, map.radius, None, size)?,
@@ -118,7 +122,8 @@ fn summary(differences: &[ColourDifference]) -> ColourErrors {
 }
 
 /// Jumps among a thousand texels of the asset's atlas, for both parametrisations; nothing without an atlas.
-pub(crate) fn discontinuities_per_1000(
+#[must_use]
+pub fn discontinuities_per_1000(
     asset: &Asset,
     model: &TriangleMesh,
 ) -> BTreeMap<&'static str, f64> {
@@ -127,7 +132,7 @@ pub(crate) fn discontinuities_per_1000(
     atlas
         .flat_map(|atlas| {
             Parametrisation::ALL.map(|how| {
-                let found = texture::discontinuities((model, &bvh), &asset.hull, atlas, how);
+                let found = discontinuities((model, &bvh), &asset.hull, atlas, how);
                 (how.name(), found.per_thousand())
             })
         })

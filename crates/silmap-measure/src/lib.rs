@@ -1,0 +1,41 @@
+//! How good an asset is, and how fast: errors of outlines and of textures beside the model they were made from, and times of
+//! outlines, of exact extraction and of frames, side by side.
+//!
+//! Nothing that makes or draws an asset depends on this crate. What needs several crates that may not know of each other is
+//! measured here: [`ExactShape`] hands exact loops to the renderer, [`Bench`] times extraction, interpolation and frames, and
+//! [`compare`] does so over the model's resolution. [`measure`] is all that a report shows.
+
+mod bench;
+mod comparison;
+mod discontinuities;
+mod error;
+pub mod evaluate;
+mod exact_shape;
+mod figures;
+pub mod machine;
+mod measure;
+mod painting;
+mod subdivide;
+mod texture_errors;
+#[cfg(test)]
+mod texture_tests;
+pub mod uniform;
+
+pub use bench::{Bench, Row};
+pub use comparison::{
+    BRUTE, Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
+    Motion, PARALLEL, compare,
+};
+pub use discontinuities::{Discontinuities, discontinuities};
+pub use error::MeasureError;
+pub use exact_shape::ExactShape;
+pub use figures::{
+    ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
+    PolytopeLevel, TextureFigures, WorstView,
+};
+pub use measure::{MeasureParams, Measured, measure};
+pub use painting::{Painting, painting};
+pub use subdivide::subdivide;
+pub use texture_errors::{
+    ColourErrors, TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,
+};
