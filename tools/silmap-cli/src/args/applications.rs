@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 
-use super::{MendingArgs, OutputArgs, PoolArgs};
+use super::{MeshOutArgs, ModelArgs, OutputArgs, PoolArgs};
 use crate::values::{parse_angle, parse_point, parse_positive};
 
 /// Simplifies a model but keeps its silhouettes
@@ -19,11 +19,10 @@ Examples:
   silmap simplify bunny.ply --close-holes --faces 800 --eyes path.txt -o simple.ply --json")]
 #[command(group = clap::ArgGroup::new("viewpoints").required(true).multiple(true).args(["eye", "eyes"]))]
 pub(crate) struct SimplifyArgs {
-    /// The mesh
-    pub(crate) model: PathBuf,
-    /// The mesh to write: .obj, .ply or .glb
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    #[command(flatten)]
+    pub(crate) mesh: MeshOutArgs,
     /// Stop at this many faces
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(4..))]
     pub(crate) faces: u32,
@@ -36,8 +35,6 @@ pub(crate) struct SimplifyArgs {
     /// Faces seen within this angle of edge-on are near a silhouette, degrees
     #[arg(long, value_name = "DEGREES", default_value = "12", value_parser = parse_angle)]
     pub(crate) band: f64,
-    #[command(flatten)]
-    pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]
@@ -58,8 +55,8 @@ pub(crate) struct SimplifyArgs {
 Example:
   silmap align bunny.ply --close-holes --mask bunny.png --start pose.json -o refined.json")]
 pub(crate) struct AlignArgs {
-    /// The mesh
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
     /// A picture of the outline: a mask that is bright inside, or a cut-out; PNG, JPEG or WebP
     #[arg(long, value_name = "IMG")]
     pub(crate) mask: PathBuf,
@@ -72,8 +69,6 @@ pub(crate) struct AlignArgs {
     /// Write the refined pose here: it can be started from again
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]

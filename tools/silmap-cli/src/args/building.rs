@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use silmap_preprocess::texture::{Parametrisation, PictureFormat, TileSizes};
+use silmap_geometry::CoverageRule;
+use silmap_preprocess::capture::Backend;
+use silmap_preprocess::texture::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 
-use super::{BackendArg, CoverageArg, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
+use super::{KeptPartsArgs, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
 use crate::values::{Length, Share, parse_bytes, parse_length, parse_positive, parse_share};
 
 /// Makes everything on a model of its own: an asset, comparison pictures, a report.
@@ -123,6 +125,132 @@ impl From<ParametrisationArg> for Parametrisation {
     }
 }
 
+/// The rule that says which pixels a triangle covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CoverageArg {
+    /// Pixels whose center is covered
+    Center,
+    /// Pixels of which any point is covered
+    Any,
+}
+
+/// What draws the captured views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendArg {
+    /// The graphics adapter when it is real hardware, otherwise the CPU
+    Auto,
+    /// Every core of the CPU; the same bytes on every machine
+    Cpu,
+    /// The graphics adapter, software ones included
+    Gpu,
+}
+
+/// Which views are captured, and how.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CaptureArgs {
+    /// Views to capture around the model
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
+    pub(crate) views: u32,
+    /// Side of the captured pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: u32,
+    /// How far a contour may move when it is simplified, in pixels [default: 0.5, or 0.75 with --coverage any, where it moves
+    /// outward only]
+    #[arg(long, value_name = "PIXELS", value_parser = parse_positive)]
+    pub(crate) tolerance: Option<f64>,
+    /// Which pixels the model covers
+    #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
+    pub(crate) coverage: CoverageArg,
+    /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units
+    #[arg(long, value_name = "LENGTH", default_value = "3R", value_parser = parse_length)]
+    pub(crate) radius: Length,
+    /// What draws the captured views
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = BackendArg::Auto)]
+    pub(crate) backend: BackendArg,
+}
+
+/// Which views are kept.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct KeptViewsArgs {
+    /// Views to keep in the map [default: 128]
+    #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(4..=65_536))]
+    pub(crate) keep: Option<u32>,
+    /// Keep as few views as hold this mean share of misclassified pixels, such as 0.5%
+    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
+    pub(crate) max_error: Option<Share>,
+    /// The method whose error decides which views to keep; all methods can be used on the asset
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
+    pub(crate) method: MethodArg,
+}
+
+/// What the hull is painted with.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TextureArgs {
+    /// Pictures of the model that are projected onto the hull
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) texture_views: u32,
+    /// Side of those pictures in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) texture_size: u32,
+    /// What pictures are stored as
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = PictureFormatArg::Jpeg)]
+    pub(crate) texture_format: PictureFormatArg,
+    /// Quality of pictures that lose something
+    #[arg(long, value_name = "1..100", default_value_t = 88, value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) texture_quality: u8,
+    /// Most bytes of all pictures together, such as 400K: quality falls to 60 first, then sides, then quality again
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub(crate) texture_bytes: Option<u64>,
+    /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it
+    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) atlas_size: u32,
+    /// How large the faces' tiles in the atlas are
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = TilesArg::Adaptive)]
+    pub(crate) tiles: TilesArg,
+    /// Which point of the model a point of the hull shows in the atlas
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ParametrisationArg::NormalShooting)]
+    pub(crate) parametrisation: ParametrisationArg,
+    /// Leave out the atlas's normals, which viewers that light the model themselves use
+    #[arg(long)]
+    pub(crate) no_normals: bool,
+}
+
+impl From<&TextureArgs> for TextureParams {
+    fn from(args: &TextureArgs) -> Self {
+        Self {
+            views: args.texture_views,
+            size_px: args.texture_size,
+            format: args.texture_format.into(),
+            quality: args.texture_quality,
+            budget_bytes: args.texture_bytes,
+            atlas_px: args.atlas_size,
+            tiles: args.tiles.into(),
+            parametrisation: args.parametrisation.into(),
+            normals: !args.no_normals,
+            ..Self::default()
+        }
+    }
+}
+
+impl From<CoverageArg> for CoverageRule {
+    fn from(coverage: CoverageArg) -> Self {
+        match coverage {
+            CoverageArg::Center => Self::Center,
+            CoverageArg::Any => Self::Any,
+        }
+    }
+}
+
+impl From<BackendArg> for Backend {
+    fn from(backend: BackendArg) -> Self {
+        match backend {
+            BackendArg::Auto => Self::Auto,
+            BackendArg::Cpu => Self::Cpu,
+            BackendArg::Gpu => Self::Gpu,
+        }
+    }
+}
+
 /// Makes an asset (.glb) out of a mesh.
 ///
 /// Reads OBJ, PLY, STL, OFF, glTF and GLB. The mesh must be closed and consistently oriented; `--close-holes` and
@@ -157,69 +285,19 @@ pub(crate) struct BuildArgs {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) list: ManifestArgs,
-    /// Views to capture around the model
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
-    pub(crate) views: u32,
-    /// Views to keep in the map [default: 128]
-    #[arg(long, value_name = "N", conflicts_with = "max_error", value_parser = clap::value_parser!(u32).range(4..=65_536))]
-    pub(crate) keep: Option<u32>,
-    /// Keep as few views as hold this mean share of misclassified pixels, such as 0.5%
-    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
-    pub(crate) max_error: Option<Share>,
-    /// The method whose error decides which views to keep; all methods can be used on the asset
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
-    pub(crate) method: MethodArg,
-    /// Side of the captured pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
-    pub(crate) resolution: u32,
-    /// How far a contour may move when it is simplified, in pixels [default: 0.5, or 0.75 with --coverage any, where it moves
-    /// outward only]
-    #[arg(long, value_name = "PIXELS", value_parser = parse_positive)]
-    pub(crate) tolerance: Option<f64>,
-    /// Which pixels the model covers
-    #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
-    pub(crate) coverage: CoverageArg,
-    /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units
-    #[arg(long, value_name = "LENGTH", default_value = "3R", value_parser = parse_length)]
-    pub(crate) radius: Length,
+    #[command(flatten)]
+    pub(crate) capture: CaptureArgs,
+    #[command(flatten)]
+    pub(crate) map: KeptViewsArgs,
     /// Faces of the coarse hull; it is tightened as by `silmap hull --tighten fast`
     #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(4..))]
     pub(crate) faces: u32,
-    /// Pictures of the model that are projected onto the hull
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub(crate) texture_views: u32,
-    /// Side of those pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
-    pub(crate) texture_size: u32,
-    /// What pictures are stored as
-    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = PictureFormatArg::Jpeg)]
-    pub(crate) texture_format: PictureFormatArg,
-    /// Quality of pictures that lose something
-    #[arg(long, value_name = "1..100", default_value_t = 88, value_parser = clap::value_parser!(u8).range(1..=100))]
-    pub(crate) texture_quality: u8,
-    /// Most bytes of all pictures together, such as 400K: quality falls to 60 first, then sides, then quality again
-    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
-    pub(crate) texture_bytes: Option<u64>,
-    /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
-    pub(crate) atlas_size: u32,
-    /// How large the faces' tiles in the atlas are
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = TilesArg::Adaptive)]
-    pub(crate) tiles: TilesArg,
-    /// Which point of the model a point of the hull shows in the atlas
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = ParametrisationArg::NormalShooting)]
-    pub(crate) parametrisation: ParametrisationArg,
-    /// Leave out the atlas's normals, which viewers that light the model themselves use
-    #[arg(long)]
-    pub(crate) no_normals: bool,
-    /// Keep parts that no eye outside can see: walls of cavities, and bodies within others
-    #[arg(long)]
-    pub(crate) keep_cavities: bool,
+    #[command(flatten)]
+    pub(crate) textures: TextureArgs,
+    #[command(flatten)]
+    pub(crate) parts: KeptPartsArgs,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
-    /// What draws the captured views
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = BackendArg::Auto)]
-    pub(crate) backend: BackendArg,
     /// Measure maps of evenly spread views as well, and note their errors in the asset: the curve beside its own that `silmap report`
     /// measures otherwise
     #[arg(long)]

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use silmap_map::ViewContour;
 
-use super::{CameraArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
+use super::{
+    AssetOfModelArgs, CameraArgs, InterpolationArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs,
+    TestPictureArgs,
+};
 use crate::values::{Backdrop, parse_backdrop, parse_positive};
 
 /// What `render` draws.
@@ -80,9 +83,8 @@ pub(crate) struct RenderArgs {
     /// What to draw
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = ModeArg::Clipped)]
     pub(crate) mode: ModeArg,
-    /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
-    #[arg(long, value_name = "WHICH", value_enum)]
-    pub(crate) method: Option<MethodArg>,
+    #[command(flatten)]
+    pub(crate) interpolation: InterpolationArgs,
     /// What the hull shows in the modes textured and clipped
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = PaintArg::Blended)]
     pub(crate) paint: PaintArg,
@@ -130,9 +132,8 @@ pub(crate) struct ContourArgs {
     pub(crate) asset: PathBuf,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
-    /// How silhouettes are interpolated [default: tight, or hull where silhouettes have no depths]
-    #[arg(long, value_name = "WHICH", value_enum)]
-    pub(crate) method: Option<MethodArg>,
+    #[command(flatten)]
+    pub(crate) interpolation: InterpolationArgs,
     /// Level of detail of the contours: 0 has all their vertices, each next one keeps to twice the tolerance [default: the coarsest
     /// within a quarter of a pixel]
     #[arg(long, value_name = "LEVEL", value_parser = clap::value_parser!(u8).range(..=i64::from(ViewContour::COARSEST_LEVEL)))]
@@ -180,20 +181,13 @@ pub(crate) enum WhereArg {
 Example:
   silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json")]
 pub(crate) struct EvaluateArgs {
-    /// The asset
-    pub(crate) asset: PathBuf,
-    /// The mesh it was made from
-    #[arg(long, value_name = "MODEL")]
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) compared: AssetOfModelArgs,
     /// How many test viewpoints
     #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) viewpoints: u32,
-    /// Seed of the random directions
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Side of the test pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
-    pub(crate) resolution: u32,
+    #[command(flatten)]
+    pub(crate) pictures: TestPictureArgs,
     /// How silhouettes are interpolated [default: every method]
     #[arg(long, value_name = "WHICH", value_enum)]
     pub(crate) method: Option<MethodArg>,
@@ -204,8 +198,6 @@ pub(crate) struct EvaluateArgs {
     /// Where the viewpoints are
     #[arg(long = "where", value_name = "WHERE", value_enum, default_value_t = WhereArg::Polytope)]
     pub(crate) placement: WhereArg,
-    #[command(flatten)]
-    pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]
@@ -222,34 +214,25 @@ Examples:
   silmap report bunny.glb --model bunny.ply --close-holes -o bunny-report
   silmap report torus.glb --model torus.obj --viewpoints 50 --directions 200 -o quick --json")]
 pub(crate) struct ReportArgs {
-    /// The asset
-    pub(crate) asset: PathBuf,
-    /// The mesh it was made from
-    #[arg(long, value_name = "MODEL")]
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) compared: AssetOfModelArgs,
     /// Folder for report.html and report.json, made when it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     /// How many test viewpoints in each place
     #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) viewpoints: u32,
-    /// Seed of the random directions
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) pictures: TestPictureArgs,
     /// How many directions the maps of the sphere are measured at
     #[arg(long, value_name = "N", default_value_t = 800, value_parser = clap::value_parser!(u32).range(12..=100_000))]
     pub(crate) directions: u32,
-    /// Side of the test pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
-    pub(crate) resolution: u32,
     /// Compare with exact extraction by every method and at several resolutions of the model; takes minutes
     #[arg(long)]
     pub(crate) comparison: bool,
     /// How many of the worst viewpoints of the best method to show
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=100))]
     pub(crate) worst: u32,
-    #[command(flatten)]
-    pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]

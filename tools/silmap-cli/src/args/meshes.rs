@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use silmap_preprocess::hull::Tightening;
 
-use super::{MendingArgs, OutputArgs, PoolArgs};
+use super::{KeptPartsArgs, MendingArgs, MeshOutArgs, ModelArgs, OutputArgs, PoolArgs};
 use crate::values::{Length, Size, parse_length, parse_point, parse_positive, parse_size};
 
 /// How much work goes into making a hull tighter.
@@ -69,9 +69,8 @@ pub(crate) struct HullArgs {
     /// Draw the model and hulls of ever fewer faces side by side
     #[arg(long, value_name = "IMG.png")]
     pub(crate) strip: Option<PathBuf>,
-    /// Keep parts that no eye outside can see: walls of cavities, and bodies within others
-    #[arg(long)]
-    pub(crate) keep_cavities: bool,
+    #[command(flatten)]
+    pub(crate) parts: KeptPartsArgs,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// Check independently that nothing of the model is outside, or of an inner hull outside the model; exit code 1 if something is
@@ -138,8 +137,8 @@ Examples:
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --method cones --forest bunny.cones")]
 #[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction"]))]
 pub(crate) struct EdgesArgs {
-    /// The mesh
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
     /// Viewpoint, in model units
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) eye: Option<DVec3>,
@@ -169,8 +168,6 @@ pub(crate) struct EdgesArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) outline: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) mending: MendingArgs,
-    #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
@@ -187,8 +184,8 @@ Examples:
   silmap bench bunny.ply --close-holes --json
   silmap bench bunny.ply --close-holes --asset bunny.glb --faces-full 1200000 --edges brute --edges jc")]
 pub(crate) struct BenchArgs {
-    /// The mesh
-    pub(crate) model: PathBuf,
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
     /// Its asset [default: built with the defaults of `silmap build`]
     #[arg(long, value_name = "ASSET.glb")]
     pub(crate) asset: Option<PathBuf>,
@@ -211,8 +208,6 @@ pub(crate) struct BenchArgs {
     /// drawn unclipped in the same time; takes minutes
     #[arg(long)]
     pub(crate) comparison: bool,
-    #[command(flatten)]
-    pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]
@@ -241,9 +236,8 @@ pub(crate) struct GenerateArgs {
     /// How many faces, at least approximately
     #[arg(long, value_name = "N", default_value_t = 65_536, value_parser = clap::value_parser!(u32).range(100..=20_000_000))]
     pub(crate) faces: u32,
-    /// The mesh to write: .obj, .ply or .glb
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) mesh: MeshOutArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
 }

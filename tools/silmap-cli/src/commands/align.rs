@@ -39,7 +39,7 @@ struct AlignJson {
 pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     let file = args.out.as_deref().map(OutputFile::check).transpose()?;
     if let Some(file) = &file {
-        file.refuse_to_replace(&args.model);
+        file.refuse_to_replace(&args.model.path);
         file.refuse_to_replace(&args.mask);
     }
     let mask_path = args.mask.clone();
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
         output::warn(&format!("{}: {note}", args.mask.display()));
     }
     let outline = trace_contours(&mask);
-    let model = load_model(&args.model, args.mending)?.mesh;
+    let model = load_model(&args.model.path, args.model.mending)?.mesh;
     let bounds = model.bounds();
     let start = read_pose(&args.start, (mask.width(), mask.height()), &model)?;
     let since = Instant::now();

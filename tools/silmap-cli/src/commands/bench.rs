@@ -42,10 +42,10 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let gpu = open_gpu()?;
     let read = args.asset.as_deref().map(read_asset).transpose()?;
     let model = match &read {
-        Some((asset, _)) => load_model_of(asset, &args.model, args.mending)?,
-        None => load_model(&args.model, args.mending)?,
+        Some((asset, _)) => load_model_of(asset, &args.model.path, args.model.mending)?,
+        None => load_model(&args.model.path, args.model.mending)?,
     };
-    let named = || args.model.display().to_string();
+    let named = || args.model.path.display().to_string();
     let (asset, bytes) = match read {
         Some(read) => read,
         None => {

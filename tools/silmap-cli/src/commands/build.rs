@@ -10,14 +10,14 @@ use silmap_geometry::CoverageRule;
 use silmap_map::{Asset, CapturedErrors, asset};
 use silmap_measure::painting;
 use silmap_measure::uniform::uniform_curve;
-use silmap_preprocess::capture::Backend;
+use silmap_preprocess::capture::{Backend, CaptureParams};
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::mesh_io::Loaded;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
 
-use crate::args::{BackendArg, BuildArgs, CoverageArg, usage_error};
+use crate::args::{BackendArg, BuildArgs, usage_error};
 use crate::commands::{manifest, open_gpu};
 use crate::files::{check_model_of, load_model_with, load_options, read_asset};
 use crate::machine;
@@ -156,7 +156,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         Some((_, recipe)) => (Some(recipe), recipe.build.load),
         None => (None, load_options(args.mending)),
     };
-    let is_by_device = recipe.map_or(args.backend == BackendArg::Gpu, |recipe| {
+    let is_by_device = recipe.map_or(args.capture.backend == BackendArg::Gpu, |recipe| {
         recipe.build.capture.backend == Backend::Gpu
     });
     if is_by_device {
@@ -210,7 +210,7 @@ fn recorded(path: &Path) -> anyhow::Result<(Asset, Recipe)> {
 
 /// Makes an asset with fewer views of one that is there.
 fn run_from(args: &BuildArgs, file: OutputFile, started: Instant) -> anyhow::Result<()> {
-    let goal = match (args.keep, args.max_error, &args.from) {
+    let goal = match (args.map.keep, args.map.max_error, &args.from) {
         (Some(keep), _, Some(from)) => (ViewGoal::Keep(keep), from),
         (_, Some(share), Some(from)) => (ViewGoal::MaxError(share.0), from),
         _ => usage_error(
@@ -239,7 +239,7 @@ fn run_from(args: &BuildArgs, file: OutputFile, started: Instant) -> anyhow::Res
 
 /// Options that are wrong together.
 fn check_usage(args: &BuildArgs) {
-    if args.from.is_none() && args.keep.is_some_and(|keep| keep > args.views) {
+    if args.from.is_none() && args.map.keep.is_some_and(|keep| keep > args.capture.views) {
         usage_error(
             ErrorKind::ValueValidation,
             "--keep cannot be more than --views",
@@ -325,38 +325,27 @@ fn tell(
 
 /// The options as params, for a model of this bounding-sphere radius.
 fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
+    let (captured, kept) = (&args.capture, &args.map);
+    let coverage = CoverageRule::from(captured.coverage);
+    let default_tolerance = SimplifyContourParams::for_coverage(coverage).tolerance_px;
     let mut params = BuildParams {
         load: load_options(args.mending),
-        views: args.views,
-        view_radius_rel: args.radius.in_radii(model_radius),
-        resolution_px: args.resolution,
+        views: captured.views,
+        view_radius_rel: captured.radius.in_radii(model_radius),
+        resolution_px: captured.resolution,
+        capture: CaptureParams {
+            coverage,
+            backend: captured.backend.into(),
+        },
+        tolerance_px: captured.tolerance.unwrap_or(default_tolerance),
+        keep_cavities: args.parts.keep_cavities,
+        textures: (&args.textures).into(),
         ..BuildParams::default()
     };
-    params.capture.coverage = match args.coverage {
-        CoverageArg::Center => CoverageRule::Center,
-        CoverageArg::Any => CoverageRule::Any,
-    };
-    let default_tolerance = SimplifyContourParams::for_coverage(params.capture.coverage);
-    params.tolerance_px = args.tolerance.unwrap_or(default_tolerance.tolerance_px);
-    params.capture.backend = match args.backend {
-        BackendArg::Auto => Backend::Auto,
-        BackendArg::Cpu => Backend::Cpu,
-        BackendArg::Gpu => Backend::Gpu,
-    };
-    params.keep_cavities = args.keep_cavities;
-    params.map.keep = args.keep.unwrap_or(params.map.keep).min(args.views);
-    params.map.max_error = args.max_error.map(|share| share.0);
-    params.map.method = args.method.into();
+    params.map.keep = kept.keep.unwrap_or(params.map.keep).min(captured.views);
+    params.map.max_error = kept.max_error.map(|share| share.0);
+    params.map.method = kept.method.into();
     params.hull.target_faces = args.faces;
-    params.textures.views = args.texture_views;
-    params.textures.size_px = args.texture_size;
-    params.textures.format = args.texture_format.into();
-    params.textures.quality = args.texture_quality;
-    params.textures.budget_bytes = args.texture_bytes;
-    params.textures.atlas_px = args.atlas_size;
-    params.textures.tiles = args.tiles.into();
-    params.textures.parametrisation = args.parametrisation.into();
-    params.textures.normals = !args.no_normals;
     params
 }
 

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     let named = || args.asset.display().to_string();
     let mut scratch = Scratch::new(map).with_context(named)?;
     // The first call fills the buffers that later ones, a frame each, find warm.
-    let method = MethodArg::resolve(args.method, map);
+    let method = MethodArg::resolve(args.interpolation.method, map);
     let how = Interpolation {
         detail: args.detail.map_or(Detail::OnScreen, Detail::Level),
         ..Interpolation::from(method)

@@ -100,10 +100,10 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     };
     output::refuse_same_file([&file, &outline_file].into_iter().flatten().chain(missing));
     for written in [&file, &outline_file].into_iter().flatten() {
-        written.refuse_to_replace(&args.model);
+        written.refuse_to_replace(&args.model.path);
     }
     let mut staging = Staging::default();
-    let model = load_model(&args.model, args.mending)?;
+    let model = load_model(&args.model.path, args.model.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
     let origin = model.mesh.origin();
     let start = match start {
@@ -137,7 +137,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let mut outline_seconds_median = None;
     if let (Some(file), Some(camera)) = (&outline_file, &drawing) {
         let made = outline(model.mesh.mesh(), camera, &edges, args.repeat);
-        let (loops, seconds) = made.with_context(|| args.model.display().to_string())?;
+        let (loops, seconds) = made.with_context(|| args.model.path.display().to_string())?;
         outline_seconds_median = Some(seconds);
         let points = |points: &Loop| points.iter().map(|p| p.to_array()).collect();
         let json = serde_json::to_vec(&OutlineJson {
@@ -403,7 +403,7 @@ fn svg(mesh: &TriangleMesh, camera: &Camera, edges: &[DirectedEdge]) -> anyhow::
 fn tell(args: &EdgesArgs, result: &EdgesJson) {
     output::say(&format!(
         "{}: {} silhouette edges by {} in {:.3} ms; {} edges and {} nodes tested",
-        args.model.display(),
+        args.model.path.display(),
         result.silhouette_edges,
         result.method,
         1e3 * result.seconds_median,

@@ -51,39 +51,39 @@ struct ViewpointJson {
 const FEW_PX: u64 = 100;
 
 pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
-    let (asset, _) = read_asset(&args.asset)?;
-    let model = load_model_of(&asset, &args.model, args.mending)?;
+    let (asset, _) = read_asset(&args.compared.asset)?;
+    let model = load_model_of(&asset, &args.compared.model, args.compared.mending)?;
     // Before the long work, for it may not be there.
     let gpu = args.textures.map(|_| open_gpu()).transpose()?;
     let params = EvaluateParams {
         viewpoints: args.viewpoints,
-        seed: args.seed,
+        seed: args.pictures.seed,
         place: args.placement.into(),
         methods: args.method.map_or_else(
             || Method::all_for(&asset.map).collect(),
             |method| vec![method.into()],
         ),
-        size_px: args.resolution,
+        size_px: args.pictures.resolution,
         ..EvaluateParams::default()
     };
     let errors = Progress::new()
         .watch(|monitor| evaluate(&asset.map, model.mesh.mesh(), &params, monitor))
-        .with_context(|| args.asset.display().to_string())?;
+        .with_context(|| args.compared.asset.display().to_string())?;
     warn_of_few_pixels(args, &errors);
     let methods = summarise(&errors);
     let textures = match (args.textures, &gpu) {
         (Some(viewpoints), Some(gpu)) => {
             let params = TextureErrorParams {
                 viewpoints,
-                seed: args.seed,
-                size_px: args.resolution,
+                seed: args.pictures.seed,
+                size_px: args.pictures.resolution,
             };
             let mesh = model.mesh.mesh();
             Some(TextureErrors {
                 viewpoints,
                 colour_difference: Progress::new()
                     .watch(|monitor| colour_errors(gpu, &asset, mesh, &params, monitor))
-                    .with_context(|| args.asset.display().to_string())?,
+                    .with_context(|| args.compared.asset.display().to_string())?,
                 discontinuities_per_1000: discontinuities_per_1000(&asset, mesh),
             })
         }
@@ -116,7 +116,7 @@ fn warn_of_few_pixels(args: &EvaluateArgs, errors: &[ViewpointError]) {
         output::warn(&format!(
             "{}: at {} of {} viewpoints fewer than {FEW_PX} pixels are inside the true outline, at one {least}: shares of so few say \
              little (--resolution makes them more)",
-            args.asset.display(),
+            args.compared.asset.display(),
             few.len(),
             args.viewpoints,
         ));

@@ -18,22 +18,22 @@ struct Generated<'a> {
 }
 
 pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<()> {
-    mesh_io::check_output(&args.out)?;
-    let file = OutputFile::check(&args.out)?;
+    mesh_io::check_output(&args.mesh.out)?;
+    let file = OutputFile::check(&args.mesh.out)?;
     let (kind, faces) = (args.kind, args.faces as usize);
     // Millions of faces take long, and nothing on the way looks whether to stop.
     let mesh = interrupt::unless_stopped(move || generate(kind, faces))?;
-    file.write(&mesh_io::encode(&args.out, &mesh)?)?;
+    file.write(&mesh_io::encode(&args.mesh.out, &mesh)?)?;
     if args.output.json {
         return output::print_json(&Generated {
-            out: &args.out,
+            out: &args.mesh.out,
             faces: mesh.faces.len(),
             vertices: mesh.positions.len(),
         });
     }
     output::say(&format!(
         "{}: {} faces, {} vertices",
-        args.out.display(),
+        args.mesh.out.display(),
         mesh.faces.len(),
         mesh.positions.len()
     ));

@@ -269,7 +269,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
     }
     let mut model = load_model_bytes(&args.model, &bytes, &load_options(args.mending))?;
     drop(bytes);
-    if !args.keep_cavities
+    if !args.parts.keep_cavities
         && let Some((seen, hidden)) = without_hidden_parts(&model.mesh)
     {
         let warning = PrepWarning::HiddenParts(hidden);

@@ -121,7 +121,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         )?,
         mode: args.mode.into(),
         method: asset.as_ref().map_or(Method::default(), |asset| {
-            MethodArg::resolve(args.method, &asset.map)
+            MethodArg::resolve(args.interpolation.method, &asset.map)
         }),
         paint: args.paint.into(),
         antialias: args.antialias.into(),

@@ -28,8 +28,8 @@ struct ReportJson {
 
 pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let folder = OutputFolder::check(&args.out)?;
-    let (asset, bytes) = read_asset(&args.asset)?;
-    let model = load_model_of(&asset, &args.model, args.mending)?;
+    let (asset, bytes) = read_asset(&args.compared.asset)?;
+    let model = load_model_of(&asset, &args.compared.model, args.compared.mending)?;
     let params = params_from_args(args);
     let gpu = open_gpu().ok();
     let (measured, comparison) = Progress::new()
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
                 .transpose()?;
             Ok::<_, MeasureError>((measured, comparison))
         })
-        .with_context(|| args.asset.display().to_string())?;
+        .with_context(|| args.compared.asset.display().to_string())?;
     let report = Report {
         comparison,
         ..Report::new(&asset, model.mesh.mesh(), measured)
@@ -69,9 +69,9 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
 fn params_from_args(args: &ReportArgs) -> MeasureParams {
     MeasureParams {
         viewpoints: args.viewpoints,
-        seed: args.seed,
+        seed: args.pictures.seed,
         directions: args.directions,
-        resolution_px: args.resolution,
+        resolution_px: args.pictures.resolution,
         worst: args.worst as usize,
         ..MeasureParams::default()
     }

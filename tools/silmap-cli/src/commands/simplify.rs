@@ -46,14 +46,14 @@ struct ErrorJson {
 }
 
 pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
-    mesh_io::check_output(&args.out)?;
-    let file = OutputFile::check(&args.out)?;
+    mesh_io::check_output(&args.mesh.out)?;
+    let file = OutputFile::check(&args.mesh.out)?;
     let mut eyes = args.eye.clone();
     if let Some(path) = &args.eyes {
         eyes.extend(read_eyes(path)?);
     }
-    let named = || args.model.display().to_string();
-    let model = load_model(&args.model, args.mending)?.mesh;
+    let named = || args.model.path.display().to_string();
+    let model = load_model(&args.model.path, args.model.mending)?.mesh;
     let cameras = eyes
         .iter()
         .map(|&eye| camera_at(eye, &model))
@@ -77,11 +77,11 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     } = simplified("simplifying", &eyes[..])?;
     let seconds = since.elapsed().as_secs_f64();
     let plain = simplified("without guidance", &[])?.mesh;
-    let files = mesh_io::encode_painted(&args.out, &simple, model.origin())?;
+    let files = mesh_io::encode_painted(&args.mesh.out, &simple, model.origin())?;
     let mut staging = Staging::default();
     for (path, bytes) in &files.beside {
         let beside = OutputFile::check(path)?;
-        beside.refuse_to_replace(&args.model);
+        beside.refuse_to_replace(&args.model.path);
         staging.add(&beside, bytes)?;
     }
     staging.add(&file, &files.bytes)?;
@@ -89,7 +89,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     warnings.extend(files.rounding.iter().map(ToString::to_string));
     let error = |mesh| error_of(mesh, model.mesh(), &cameras).with_context(named);
     let result = SimplifyJson {
-        out: &args.out,
+        out: &args.mesh.out,
         faces: simple.faces.len(),
         vertices: simple.positions.len(),
         original_faces: model.mesh().faces.len(),
@@ -101,14 +101,14 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
     };
     staging.publish()?;
     for warning in &result.warnings {
-        output::warn(&format!("{}: {warning}", args.out.display()));
+        output::warn(&format!("{}: {warning}", args.mesh.out.display()));
     }
     if args.output.json {
         return output::print_json(&result);
     }
     output::say(&format!(
         "{}: {} of {} faces; from {} viewpoints {:.3} % of the pixels inside are wrong, {:.3} % without guidance",
-        args.out.display(),
+        args.mesh.out.display(),
         result.faces,
         result.original_faces,
         result.viewpoints,
