@@ -64,7 +64,7 @@ def check_bunny(silmap, folder):
     hold("bunny: hull faces", inspected["hull"]["faces"], 500)
     evaluation = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--viewpoints", 200, "--textures", 8, "--json")
     check_textures(built, evaluation["textures"])
-    hold("bunny: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 3.0, " %")
+    check_by_hull(silmap, folder)
     hold("bunny: paper misclassified", percent_of(evaluation, "paper", "misclassified_mean"), 4.0, " %")
     tight = percent_of(evaluation, "tight", "misclassified_mean")
     hold("bunny: tight misclassified", tight, 0.9, " %")
@@ -77,6 +77,14 @@ def check_bunny(silmap, folder):
         times = sorted(call(silmap, "contour", asset, eye, "--method", method, "--json")["seconds"] for _ in range(21))
         hold(f"bunny: contour by {method}, median", 1e3 * times[10], 1.0, " ms")
     return asset
+
+
+def check_by_hull(silmap, folder):
+    """Who draws by `hull` chooses the views by it."""
+    asset = folder / "bunny-hull.glb"
+    call(silmap, "build", BUNNY, "--close-holes", "--choose-by", "hull", "-o", asset, "--json")
+    evaluation = call(silmap, "evaluate", asset, "--model", BUNNY, "--close-holes", "--viewpoints", 200, "--method", "hull", "--json")
+    hold("bunny: hull misclassified", percent_of(evaluation, "hull", "misclassified_mean"), 3.0, " %")
 
 
 def check_fewer_views(silmap, name, asset, model, limit, folder):

@@ -40,7 +40,8 @@ pub struct SimplifyMapParams {
     pub keep: u32,
     /// Stop before the mean misclassified share over all original views exceeds this; overrides `keep`.
     pub max_error: Option<f64>,
-    /// The method that predicts.
+    /// The method that predicts: by default the one that outlines are drawn by. Where a map has no depths and it needs them, the best
+    /// one without.
     #[serde(with = "crate::recipe::MethodName")]
     pub method: Method,
 }
@@ -50,7 +51,7 @@ impl Default for SimplifyMapParams {
         Self {
             keep: 128,
             max_error: None,
-            method: Method::Hull,
+            method: Method::Tight,
         }
     }
 }

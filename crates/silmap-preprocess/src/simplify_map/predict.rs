@@ -37,7 +37,14 @@ pub(super) struct Predictor<'a> {
 }
 
 impl<'a> Predictor<'a> {
+    /// By `method`, or by the best one that does without depths where the map has none and the method needs them.
     pub(super) fn new(map: &'a SilhouetteMap, masks: &'a [Mask], method: Method) -> Self {
+        let is_there = map.has_depth() || !method.needs_depth();
+        let method = if is_there {
+            method
+        } else {
+            Method::best_for(map)
+        };
         Self { map, masks, method }
     }
 

@@ -30,7 +30,7 @@ pub(crate) struct DemoArgs {
 const FROM_CONFLICTS: [&str; 24] = [
     "model",
     "views",
-    "method",
+    "choose_by",
     "resolution",
     "tolerance",
     "coverage",
@@ -178,9 +178,10 @@ pub(crate) struct KeptViewsArgs {
     /// Keep as few views as hold this mean share of misclassified pixels, such as 0.5%
     #[arg(long, value_name = "SHARE", value_parser = parse_share)]
     pub(crate) max_error: Option<Share>,
-    /// The method whose error decides which views to keep; all methods can be used on the asset
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = MethodArg::Hull)]
-    pub(crate) method: MethodArg,
+    /// The method whose error decides which views to keep. All methods can be used on the asset, but others have more error then: choose
+    /// by the one that you draw by, which is tight unless `render` is told otherwise
+    #[arg(long, visible_alias = "method", value_name = "WHICH", value_enum, default_value_t = MethodArg::Tight)]
+    pub(crate) choose_by: MethodArg,
 }
 
 /// What the hull is painted with.

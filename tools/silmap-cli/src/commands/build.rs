@@ -344,7 +344,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
     };
     params.map.keep = kept.keep.unwrap_or(params.map.keep).min(captured.views);
     params.map.max_error = kept.max_error.map(|share| share.0);
-    params.map.method = kept.method.into();
+    params.map.method = kept.choose_by.into();
     params.hull.target_faces = args.faces;
     params
 }
@@ -382,7 +382,8 @@ mod tests {
                 (|p: &BuildParams| p.views == 99) as fn(&BuildParams) -> bool,
             ),
             ("--keep 50", |p| p.map.keep == 50),
-            ("--method tight", |p| p.map.method == Method::Tight),
+            ("--choose-by hull", |p| p.map.method == Method::Hull),
+            ("--method paper", |p| p.map.method == Method::Paper),
             ("--max-error 0.5%", |p| p.map.max_error == Some(0.005)),
             ("--resolution 64", |p| p.resolution_px == 64),
             ("--tolerance 1.5", |p| p.tolerance_px == 1.5),

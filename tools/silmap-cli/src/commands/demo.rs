@@ -130,7 +130,6 @@ fn demo_params() -> BuildParams {
         views: VIEWS,
         map: SimplifyMapParams {
             keep: KEEP,
-            method: Method::Tight,
             ..SimplifyMapParams::default()
         },
         hull: HullParams {

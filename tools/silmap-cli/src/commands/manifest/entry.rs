@@ -38,6 +38,8 @@ pub(super) struct Shared {
     parser: Command,
     /// Names of all options that a line may have, and whether they are flags.
     known: BTreeMap<String, bool>,
+    /// Other names of some of them.
+    aliases: BTreeMap<String, String>,
     /// Where relative models are looked for first: beside the list.
     beside: PathBuf,
     /// Where assets go.
@@ -81,6 +83,7 @@ impl Shared {
             .find_subcommand("build")
             .expect("there is a command build");
         let mut known = BTreeMap::new();
+        let mut aliases = BTreeMap::new();
         let mut options = Options::new();
         for argument in build.get_arguments() {
             let Some(name) = argument
@@ -91,6 +94,8 @@ impl Shared {
             };
             let is_flag = !argument.get_action().takes_values();
             known.insert(name.to_owned(), is_flag);
+            let others = argument.get_all_aliases().into_iter().flatten();
+            aliases.extend(others.map(|other| (other.to_owned(), name.to_owned())));
             let id = argument.get_id().as_str();
             let given = matches.filter(|m| m.value_source(id) == Some(ValueSource::CommandLine));
             if let Some(mut values) = given.and_then(|m| m.get_raw(id)) {
@@ -103,6 +108,7 @@ impl Shared {
             options,
             parser,
             known,
+            aliases,
             beside,
             folder: folder.to_owned(),
         }
@@ -125,6 +131,7 @@ impl Shared {
         let mut seen = BTreeSet::new();
         for (key, value) in written {
             let name = key.trim_start_matches('-').replace('_', "-");
+            let name = self.aliases.get(&name).cloned().unwrap_or(name);
             let Some(&is_flag) = self.known.get(&name) else {
                 return Err(format!("`{key}` is no option of a model in a list"));
             };
