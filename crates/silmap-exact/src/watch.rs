@@ -1,4 +1,4 @@
-//! How long work tells its caller how far it is, and how the caller stops it.
+//! Progress of long computations, and stopping them.
 
 use thiserror::Error;
 

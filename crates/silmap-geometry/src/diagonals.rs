@@ -1,4 +1,4 @@
-//! Moving the diagonals of polygons that were cut into triangles.
+//! Moving the diagonals of triangulated polygons.
 //!
 //! Polygons are cut one by one, and a diagonal of one may join two vertices that an edge, or another polygon's diagonal, joins
 //! already: a surface that is closed as polygons then has edges with four faces. Such a diagonal is turned to the other two

@@ -1,4 +1,4 @@
-//! The images a frame is drawn through, kept from frame to frame while the size stays.
+//! Render targets of a frame, kept while the size stays the same.
 
 use silmap_gpu::wgpu;
 

@@ -1,4 +1,4 @@
-//! What can be typed: every subcommand with its options, as clap reads them.
+//! The command line: every subcommand with its options, parsed by clap.
 //!
 //! Values that a library params struct knows a default for show that default here; a test in `commands::build` holds the
 //! two together.

@@ -1,4 +1,4 @@
-//! Which pixels a mesh covers, on the processor.
+//! Rasterising masks of a mesh on the CPU.
 //!
 //! Vertices are projected in `f64`, rounded to a lattice of 1/4096 pixel, and everything after that is integer
 //! arithmetic: neighbouring triangles share their rounded corners, so there are no cracks, and a mask is the same on

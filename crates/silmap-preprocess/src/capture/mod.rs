@@ -1,4 +1,4 @@
-//! Drawing the model from every viewpoint: where to look from, which pixels it covers, and how deep its rim lies.
+//! Silhouette capture: viewpoints, masks, and depths of the contour generator.
 //!
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. TR-1-99, Harvard University, 1999, section 3.
 //! Deviations: the paper reads masks back from a graphics board; here a processor rasteriser of integer arithmetic gives

@@ -1,4 +1,4 @@
-//! Pictures as files, and the choice of a quality that keeps to a number of bytes.
+//! Image encoding, and the choice of a quality within a byte budget.
 
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;

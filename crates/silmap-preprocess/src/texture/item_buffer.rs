@@ -1,4 +1,4 @@
-//! Which face is seen at each pixel, and how far away: a small processor rasteriser with a depth buffer.
+//! An item buffer: the visible face and its depth at each pixel, rasterised on the CPU.
 //!
 //! Pixels are sampled at their centres; a centre on an edge belongs to both faces, and the nearer one wins, or of two
 //! equally near ones the one drawn first. Depth is kept as its reciprocal, which is linear in the image.

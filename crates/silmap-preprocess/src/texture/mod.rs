@@ -1,4 +1,4 @@
-//! What the hull is painted with: shaded pictures of the original that are projected onto it, and the tile atlas.
+//! The hull's textures: projected pictures of the original, and the tile atlas.
 //!
 //! Source: Silhouette Mapping (TR-1-99), section 8.2, for the pictures and visibility bits; Silhouette Clipping (SIGGRAPH
 //! 2000), section 4, for the atlas.
