@@ -12,6 +12,7 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
+#[allow(unreachable_pub, reason = "the file is shared with a library")]
 #[path = "../../../../tests/src/outside.rs"]
 pub(crate) mod outside;
 
