@@ -4,13 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
+use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, TriangleMesh};
 use silmap_map::CoarseHull;
 use silmap_preprocess::hull::{
     self, HullParams, ProgressiveHull, Tightening, VerifyParams, verify,
 };
 use silmap_preprocess::mesh_io::{self, LoadOptions};
-use silmap_preprocess::{Monitor, models};
+use silmap_preprocess::models;
 
 /// What rounding to single precision may cost, in radii of the model.
 const LEAK_REL: f64 = 1e-6;
@@ -31,7 +32,7 @@ fn hull_of(mesh: &ClosedMesh, target_faces: u32, inner: bool) -> ProgressiveHull
         inner,
         ..HullParams::default()
     };
-    hull::build(mesh, &params, &Monitor::silent()).unwrap()
+    hull::build(mesh, &params, &Watch::silent()).unwrap()
 }
 
 fn triangles(hull: &CoarseHull) -> TriangleMesh {
@@ -153,7 +154,7 @@ fn real_models_get_tight_hulls_of_500_faces() {
         let hull = hull_of(mesh, 500, false);
         assert_eq!(hull.least_faces(), 500, "{}", loaded.name);
         let tightened = hull
-            .tightened_level(500, Tightening::Fast, &Monitor::silent())
+            .tightened_level(500, Tightening::Fast, &Watch::silent())
             .unwrap();
         let report = verify(mesh.mesh(), &tightened.mesh, &VerifyParams::default());
         assert!(report.encloses, "{}: {report:?}", loaded.name);

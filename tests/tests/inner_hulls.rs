@@ -7,10 +7,11 @@ use std::path::Path;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, TriangleMesh};
 use silmap_preprocess::hull::{self, HullParams, Tightening, VerifyParams, verify_inner};
 use silmap_preprocess::mesh_io::{self, LoadOptions};
-use silmap_preprocess::{Monitor, models};
+use silmap_preprocess::models;
 
 /// How far outside counts, in radii of the model.
 const TOLERANCE_REL: f64 = 1e-6;
@@ -174,7 +175,7 @@ fn inner_hull(mesh: &ClosedMesh, faces: u32) -> hull::ProgressiveHull {
         inner: true,
         ..HullParams::default()
     };
-    hull::build(mesh, &params, &Monitor::silent()).unwrap()
+    hull::build(mesh, &params, &Watch::silent()).unwrap()
 }
 
 fn check_models(list: &[(&str, u32, f64)]) {
@@ -189,8 +190,7 @@ fn check_models(list: &[(&str, u32, f64)]) {
         let sequence = inner_hull(&mesh, faces);
         assert_eq!(sequence.least_faces(), faces as usize, "{name}");
         for how in [Tightening::Off, Tightening::Fast] {
-            let level =
-                (sequence.tightened_level(faces as usize, how, &Monitor::silent())).unwrap();
+            let level = (sequence.tightened_level(faces as usize, how, &Watch::silent())).unwrap();
             let report = verify_inner(&level.mesh, mesh.mesh(), &VerifyParams::default());
             let found = farthest_outside(&level.mesh, mesh.mesh());
             eprintln!(

@@ -3,12 +3,13 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::lp::{self, HalfSpace};
 use silmap_geometry::{ClosedMesh, TriangleMesh};
 use silmap_preprocess::hull::{
     HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify,
 };
-use silmap_preprocess::{Monitor, models};
+use silmap_preprocess::models;
 
 const MODEL_FACES: usize = 20_000;
 
@@ -35,7 +36,7 @@ fn planes() -> Vec<HalfSpace> {
 
 fn hull_stage(c: &mut Criterion) {
     let mesh = closed(models::trefoil_knot(MODEL_FACES));
-    let silent = Monitor::silent();
+    let silent = Watch::silent();
     let params = HullParams::default();
     let faces = params.target_faces as usize;
     let hull = build(&mesh, &params, &silent).expect("nobody interrupts");
@@ -95,7 +96,7 @@ fn growth(c: &mut Criterion) {
         let mesh = closed(models::trefoil_knot(size));
         group.throughput(Throughput::Elements(mesh.mesh().faces.len() as u64));
         group.bench_with_input(BenchmarkId::from_parameter(size), &mesh, |b, mesh| {
-            b.iter(|| build(mesh, &params, &Monitor::silent()));
+            b.iter(|| build(mesh, &params, &Watch::silent()));
         });
     }
     group.finish();

@@ -18,4 +18,4 @@ pub mod texture;
 pub mod trace;
 pub mod uniform;
 
-pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};
+pub use progress::PrepWarning;

@@ -16,10 +16,11 @@ use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
 use super::self_crossing::FaceTree;
 use super::surface::{Contraction, Surface};
 use super::{HullError, HullParams};
-use crate::progress::{Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::Watch;
 
 /// Collapses between two words of progress: a few milliseconds.
-const MONITOR_STRIDE: usize = 512;
+const WATCH_STRIDE: usize = 512;
 
 /// From this many faces on, every edge whose surroundings changed is looked at again at once: the last collapses add most
 /// of the volume, and a stale queue costs a sixth of it. Independent of the goal, so that a coarser hull continues a finer.
@@ -161,7 +162,7 @@ pub(super) fn collapse(
     model: &Model<'_>,
     limits: &Limits,
     params: &HullParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Collapsed, HullError> {
     let half_edges = surface.origin.len();
     let mut collapser = Collapser {
@@ -201,8 +202,8 @@ pub(super) fn collapse(
             break;
         }
         collapser.guards = guards;
-        collapser.fill_queue(monitor)?;
-        collapser.run(limits, monitor)?;
+        collapser.fill_queue(watch)?;
+        collapser.run(limits, watch)?;
     }
     let State {
         surface,
@@ -244,12 +245,12 @@ impl Guards {
 }
 
 impl Collapser<'_> {
-    fn fill_queue(&mut self, monitor: &Monitor<'_>) -> Result<(), HullError> {
+    fn fill_queue(&mut self, watch: &Watch<'_>) -> Result<(), HullError> {
         self.queue.clear();
         self.is_queued.fill(false);
         for h in 0..self.is_queued.len() as u32 {
-            if (h as usize).is_multiple_of(MONITOR_STRIDE * 64) {
-                monitor.check()?;
+            if (h as usize).is_multiple_of(WATCH_STRIDE * 64) {
+                watch.check()?;
             }
             if !self.state.surface.is_gone(h) && self.state.surface.edge(h) == h {
                 self.look_at(h);
@@ -281,9 +282,9 @@ impl Collapser<'_> {
         }
     }
 
-    fn run(&mut self, limits: &Limits, monitor: &Monitor<'_>) -> Result<(), HullError> {
+    fn run(&mut self, limits: &Limits, watch: &Watch<'_>) -> Result<(), HullError> {
         while self.face_count > limits.faces {
-            monitor.check()?;
+            watch.check()?;
             let Some(Reverse(entry)) = self.queue.pop() else {
                 break;
             };
@@ -318,8 +319,8 @@ impl Collapser<'_> {
             }
             self.contract(entry.edge, placement);
             let done = self.state.steps.len();
-            if done.is_multiple_of(MONITOR_STRIDE) {
-                monitor.advance(Stage::Hull, 2 * MONITOR_STRIDE as u64);
+            if done.is_multiple_of(WATCH_STRIDE) {
+                watch.advance(progress::HULL, 2 * WATCH_STRIDE as u64);
             }
         }
         Ok(())

@@ -65,7 +65,8 @@ impl HullLevel {
 mod tests {
     use super::*;
     use crate::hull::{HullParams, build};
-    use crate::{Monitor, models};
+    use crate::models;
+    use silmap_geometry::Watch;
     use silmap_geometry::{ClosedMesh, ColourImage};
 
     fn level_of(mesh: &TriangleMesh) -> HullLevel {
@@ -74,9 +75,7 @@ mod tests {
             target_faces: 200,
             ..HullParams::default()
         };
-        build(&mesh, &params, &Monitor::silent())
-            .unwrap()
-            .level(200)
+        build(&mesh, &params, &Watch::silent()).unwrap().level(200)
     }
 
     /// A torus, red where x is positive and blue elsewhere, by `paint` from a face's corners.

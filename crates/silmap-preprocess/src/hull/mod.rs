@@ -23,8 +23,9 @@ use serde::{Deserialize, Serialize};
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 use thiserror::Error;
 
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
 use collapse::Limits;
+use silmap_geometry::watch::{Interrupted, Watch};
 use surface::Surface;
 
 pub use coarse::RoundedHull;
@@ -129,7 +130,7 @@ pub enum HullError {
 pub fn build(
     mesh: &ClosedMesh,
     params: &HullParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<ProgressiveHull, HullError> {
     params.validate()?;
     let origin = mesh.origin();
@@ -152,8 +153,8 @@ pub fn build(
         volume: params.volume_ratio.map_or(f64::INFINITY, |r| r * volume),
         distance: params.max_distance.map_or(f64::INFINITY, |d| d / unit),
     };
-    monitor.start(
-        Stage::Hull,
+    watch.start(
+        progress::HULL,
         mesh.faces.len().saturating_sub(limits.faces) as u64,
     );
     let surface = Surface::new(scaled.positions.clone(), &scaled.faces);
@@ -162,8 +163,8 @@ pub fn build(
         tree: &original,
         volume,
     };
-    let collapsed = collapse::collapse(surface, &model, &limits, params, monitor)?;
-    monitor.finish(Stage::Hull);
+    let collapsed = collapse::collapse(surface, &model, &limits, params, watch)?;
+    watch.finish(progress::HULL);
     Ok(ProgressiveHull {
         collapsed,
         scaled,

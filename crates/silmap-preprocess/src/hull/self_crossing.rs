@@ -229,8 +229,9 @@ pub fn count_self_crossings(mesh: &TriangleMesh) -> u32 {
 mod tests {
     use super::super::{HullParams, Tightening, VerifyParams, build, verify};
     use super::*;
-    use crate::{Monitor, models};
+    use crate::models;
     use silmap_geometry::ClosedMesh;
+    use silmap_geometry::Watch;
 
     /// Two rings, one on top of the other, so close that coarse hulls of each reach into the other.
     fn stack() -> TriangleMesh {
@@ -265,12 +266,12 @@ mod tests {
                 no_self_intersections,
                 ..HullParams::default()
             };
-            let hull = build(&mesh, &params, &Monitor::silent()).unwrap();
+            let hull = build(&mesh, &params, &Watch::silent()).unwrap();
             assert!(hull.least_faces() <= 160, "{}", hull.least_faces());
             let mut crossings = Vec::new();
             for faces in [1200, 600, 300, hull.least_faces()] {
                 for how in [Tightening::Off, Tightening::Best] {
-                    let level = hull.tightened_level(faces, how, &Monitor::silent());
+                    let level = hull.tightened_level(faces, how, &Watch::silent());
                     let level = level.unwrap().mesh;
                     let found = count_self_crossings(&level);
                     assert_eq!(found, count_slowly(&level));

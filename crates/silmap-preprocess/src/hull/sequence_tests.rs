@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::hull::{HullParams, Tightening, build};
-use crate::{Monitor, models};
+use crate::models;
+use silmap_geometry::Watch;
 
 fn sequence(inner: bool) -> ProgressiveHull {
     let mesh = ClosedMesh::try_from(models::trefoil_knot(1200)).unwrap();
@@ -11,7 +12,7 @@ fn sequence(inner: bool) -> ProgressiveHull {
         inner,
         ..HullParams::default()
     };
-    build(&mesh, &params, &Monitor::silent()).unwrap()
+    build(&mesh, &params, &Watch::silent()).unwrap()
 }
 
 /// With a checksum that fits.
@@ -32,9 +33,8 @@ fn a_sequence_comes_back_whole() {
         for faces in [100, 333, 700, usize::MAX] {
             assert_eq!(before.level(faces), after.level(faces), "{faces} faces");
         }
-        let tight = |hull: &ProgressiveHull| {
-            hull.tightened_level(100, Tightening::Fast, &Monitor::silent())
-        };
+        let tight =
+            |hull: &ProgressiveHull| hull.tightened_level(100, Tightening::Fast, &Watch::silent());
         assert_eq!(tight(&before), tight(&after));
         let mesh = ClosedMesh::try_from(models::trefoil_knot(1200)).unwrap();
         assert_eq!(after.model(), before.model());
@@ -89,7 +89,7 @@ fn changed_bytes_never_pass_nor_panic() {
         changed[at] ^= 0x55;
         assert!(ProgressiveHull::from_bytes(&changed).is_err(), "byte {at}");
         if let Ok(hull) = ProgressiveHull::from_bytes(&sealed(changed)) {
-            let _ = hull.tightened_level(100, Tightening::Fast, &Monitor::silent());
+            let _ = hull.tightened_level(100, Tightening::Fast, &Watch::silent());
         } else {
             refused += 1;
         }

@@ -25,7 +25,7 @@ fn params(target_faces: u32) -> HullParams {
 }
 
 fn hull_of(mesh: &ClosedMesh, params: &HullParams) -> ProgressiveHull {
-    build(mesh, params, &Monitor::silent()).unwrap()
+    build(mesh, params, &Watch::silent()).unwrap()
 }
 
 /// The surface of the cells of a 3-D grid for which `is_full` holds, two triangles a square.
@@ -382,10 +382,10 @@ fn limits_on_volume_and_distance_are_kept() {
 #[test]
 fn the_caller_can_stop_it() {
     let stop = std::sync::atomic::AtomicBool::new(true);
-    let monitor = Monitor::new(&|_| {}, &stop);
+    let watch = Watch::new(&|_| {}, &stop);
     let mesh = closed(models::torus(1000));
     assert!(matches!(
-        build(&mesh, &params(100), &monitor),
+        build(&mesh, &params(100), &watch),
         Err(HullError::Interrupted(_))
     ));
 }
@@ -413,7 +413,7 @@ fn bad_parameters_are_named() {
             ..params(4)
         },
     ] {
-        let error = build(&mesh, &bad, &Monitor::silent());
+        let error = build(&mesh, &bad, &Watch::silent());
         assert!(
             matches!(error, Err(HullError::BadParameter { .. })),
             "{bad:?}"

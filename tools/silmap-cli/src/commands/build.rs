@@ -251,8 +251,8 @@ pub(crate) fn build_watched(
     model: &Loaded,
     params: &BuildParams,
 ) -> anyhow::Result<(Asset, BuildReport)> {
-    let built = Progress::new()
-        .watch(|monitor| pipeline::build(&model.mesh, &model.name, params, monitor))?;
+    let built =
+        Progress::new().watch(|watch| pipeline::build(&model.mesh, &model.name, params, watch))?;
     for warning in &built.1.warnings {
         output::warn(&format!("{}: {warning}", model.name));
     }

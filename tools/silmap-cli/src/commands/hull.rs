@@ -67,7 +67,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let radius = model.bounds().radius;
     let distance = (args.max_distance).map_or(f64::INFINITY, |d| d.in_units(radius));
     let level = progress
-        .watch(|monitor| sequence.tightened_within(faces, args.tighten.into(), distance, monitor))
+        .watch(|watch| sequence.tightened_within(faces, args.tighten.into(), distance, watch))
         .with_context(named)?;
     // What is verified is what is written.
     let Written { given, hull, moved } = as_written(&level, (&model, origin), &args.out);
@@ -279,7 +279,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
     let params = params_from_args(args, model.mesh.bounds().radius);
     let since = Instant::now();
     let sequence = progress
-        .watch(|monitor| hull::build(&model.mesh, &params, monitor))
+        .watch(|watch| hull::build(&model.mesh, &params, watch))
         .with_context(named)?;
     Ok(Given {
         origin: model.mesh.origin(),

@@ -19,9 +19,9 @@ use super::inside::Inside;
 use super::self_crossing::FaceTree;
 use super::surface::Surface;
 use super::{HullError, HullLevel, ProgressiveHull, VerifyParams, verify, verify_inner};
-use crate::progress::Monitor;
 use model::Model;
 use patch::Patch;
+use silmap_geometry::Watch;
 
 /// A vertex whose move gains less than this share of the model's volume stays.
 const LEAST_GAIN_REL: f64 = 1e-8;
@@ -85,9 +85,9 @@ impl ProgressiveHull {
         &self,
         faces: usize,
         tightening: Tightening,
-        monitor: &Monitor<'_>,
+        watch: &Watch<'_>,
     ) -> Result<HullLevel, HullError> {
-        self.tightened_within(faces, tightening, f64::INFINITY, monitor)
+        self.tightened_within(faces, tightening, f64::INFINITY, watch)
     }
 
     /// The same, with no vertex placed farther than `distance` from the model, in its units.
@@ -99,7 +99,7 @@ impl ProgressiveHull {
         faces: usize,
         tightening: Tightening,
         distance: f64,
-        monitor: &Monitor<'_>,
+        watch: &Watch<'_>,
     ) -> Result<HullLevel, HullError> {
         let distance = self.distance_limit.min(distance / self.unit);
         let mut best = self.level(faces);
@@ -109,7 +109,7 @@ impl ProgressiveHull {
                 if may_cross_itself && !self.may_cross_itself {
                     continue;
                 }
-                let level = self.tightened(faces, schedule, may_cross_itself, distance, monitor)?;
+                let level = self.tightened(faces, schedule, may_cross_itself, distance, watch)?;
                 if !self.is_right(&level) {
                     continue;
                 }
@@ -130,7 +130,7 @@ impl ProgressiveHull {
         schedule: &Schedule,
         may_cross_itself: bool,
         distance: f64,
-        monitor: &Monitor<'_>,
+        watch: &Watch<'_>,
     ) -> Result<HullLevel, HullError> {
         let (surface, face_count) = self.surface_at(faces.saturating_mul(schedule.start));
         let model = Model::new(&self.scaled, &self.original);
@@ -152,9 +152,9 @@ impl ProgressiveHull {
                 tree: &self.original,
             }),
         };
-        tightener.sweep_until_done(schedule.sweeps[0], monitor)?;
-        tightener.collapse_to(faces, monitor)?;
-        tightener.sweep_until_done(schedule.sweeps[1], monitor)?;
+        tightener.sweep_until_done(schedule.sweeps[0], watch)?;
+        tightener.collapse_to(faces, watch)?;
+        tightener.sweep_until_done(schedule.sweeps[1], watch)?;
         Ok(self.level_of(&tightener.surface))
     }
 
@@ -219,9 +219,9 @@ struct Tightener<'a> {
 }
 
 impl Tightener<'_> {
-    fn sweep_until_done(&mut self, most: usize, monitor: &Monitor<'_>) -> Result<(), HullError> {
+    fn sweep_until_done(&mut self, most: usize, watch: &Watch<'_>) -> Result<(), HullError> {
         for _ in 0..most {
-            if self.sweep(monitor)? < LEAST_SWEEP_GAIN_REL * self.volume {
+            if self.sweep(watch)? < LEAST_SWEEP_GAIN_REL * self.volume {
                 break;
             }
         }
@@ -229,13 +229,13 @@ impl Tightener<'_> {
     }
 
     /// Places every vertex anew around which something changed; returns the volume gained.
-    fn sweep(&mut self, monitor: &Monitor<'_>) -> Result<f64, HullError> {
+    fn sweep(&mut self, watch: &Watch<'_>) -> Result<f64, HullError> {
         let mut gained = 0.0;
         for v in 0..self.surface.positions.len() as u32 {
             if !std::mem::take(&mut self.is_due[v as usize]) || self.surface.is_vertex_gone(v) {
                 continue;
             }
-            monitor.check()?;
+            watch.check()?;
             if let Some(gain) = self.move_vertex(v) {
                 self.mark_due(v);
                 gained += gain;

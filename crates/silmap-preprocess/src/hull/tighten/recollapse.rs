@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::Tightener;
 use crate::hull::HullError;
-use crate::progress::Monitor;
+use silmap_geometry::Watch;
 
 /// Most faces at a vertex after a collapse.
 const MAX_VALENCE: u32 = 14;
@@ -65,11 +65,7 @@ struct Queue {
 
 impl Tightener<'_> {
     /// Collapses edges, the cheapest first, down to `faces`, or as far as it goes.
-    pub(super) fn collapse_to(
-        &mut self,
-        faces: usize,
-        monitor: &Monitor<'_>,
-    ) -> Result<(), HullError> {
+    pub(super) fn collapse_to(&mut self, faces: usize, watch: &Watch<'_>) -> Result<(), HullError> {
         let mut queue = Queue {
             entries: BinaryHeap::new(),
             known: vec![Known::default(); self.surface.origin.len()],
@@ -83,7 +79,7 @@ impl Tightener<'_> {
         }
         let mut moved = Vec::new();
         while self.face_count > faces {
-            monitor.check()?;
+            watch.check()?;
             let Some(Reverse(entry)) = queue.entries.pop() else {
                 break;
             };

@@ -7,7 +7,8 @@ use super::is_inside_out;
 use crate::hull::{
     HullLevel, HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify, verify_inner,
 };
-use crate::{Monitor, models};
+use crate::models;
+use silmap_geometry::Watch;
 
 /// Rounding of the places where faces meet, in radii.
 const ROUNDING: VerifyParams = VerifyParams {
@@ -16,7 +17,7 @@ const ROUNDING: VerifyParams = VerifyParams {
 };
 
 fn hull_of(mesh: &ClosedMesh, params: &HullParams) -> ProgressiveHull {
-    build(mesh, params, &Monitor::silent()).unwrap()
+    build(mesh, params, &Watch::silent()).unwrap()
 }
 
 fn params(target_faces: u32) -> HullParams {
@@ -27,8 +28,7 @@ fn params(target_faces: u32) -> HullParams {
 }
 
 fn tightened(hull: &ProgressiveHull, faces: usize, how: Tightening) -> HullLevel {
-    hull.tightened_level(faces, how, &Monitor::silent())
-        .unwrap()
+    hull.tightened_level(faces, how, &Watch::silent()).unwrap()
 }
 
 fn assert_encloses(mesh: &ClosedMesh, level: &HullLevel, name: &str) {
@@ -100,7 +100,7 @@ fn no_part_of_it_is_inside_out() {
                 schedule,
                 true,
                 f64::INFINITY,
-                &Monitor::silent(),
+                &Watch::silent(),
             ))
             .unwrap();
             n_wrong += u32::from(is_inside_out(&free.mesh));
