@@ -7,9 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use silmap_preprocess::mesh_io::{
-    AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles,
-};
+use silmap_mesh_io::{AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles};
 
 /// A folder of files that are not part of the repository.
 fn shared(folder: &str) -> Option<PathBuf> {

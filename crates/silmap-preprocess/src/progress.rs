@@ -1,6 +1,5 @@
 //! The stages of a build, by what a person is told of them, and what was odd about it.
 
-use silmap_geometry::camera::in_short;
 use silmap_geometry::defects::counted;
 use silmap_geometry::{HiddenParts, Stage};
 
@@ -37,23 +36,6 @@ pub enum PrepWarning {
         /// Largest distance of a point of the model outside, over the radius of its bounding sphere.
         escaped_rel: f64,
     },
-    /// The mesh was changed to make it closed and oriented.
-    Repaired {
-        /// One sentence on what was done.
-        what: String,
-    },
-    /// The file's numbers are coarse for the model, as far from the origin as it is.
-    CoarseCoordinates {
-        /// How far they lie apart, model units.
-        step: f64,
-        /// The same over the radius of its bounding sphere.
-        step_rel: f64,
-    },
-    /// Part of the file was not understood and left out.
-    Ignored {
-        /// One sentence on what was left out.
-        what: String,
-    },
     /// Parts of the model that no eye outside can see were left out.
     HiddenParts(HiddenParts),
     /// The pictures have more bytes than asked for, as small as they can be.
@@ -87,13 +69,6 @@ impl std::fmt::Display for PrepWarning {
                     "the model pokes out of the hull by {escaped_rel:.1e} of its radius: single precision is too coarse so far from the origin"
                 )
             }
-            Self::CoarseCoordinates { step, step_rel } => {
-                write!(
-                    f,
-                    "its coordinates lie in steps of {}, {step_rel:.1e} of its radius: it is far from the origin for its size",
-                    in_short(*step)
-                )
-            }
             Self::HiddenParts(hidden) => {
                 let named = [
                     (hidden.cavities, "cavity wall"),
@@ -108,7 +83,6 @@ impl std::fmt::Display for PrepWarning {
                     counted(hidden.faces, "face")
                 )
             }
-            Self::Repaired { what } | Self::Ignored { what } => f.write_str(what),
             Self::TexturesOverBudget { wanted, reached } => {
                 write!(
                     f,

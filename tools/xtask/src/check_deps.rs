@@ -16,9 +16,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("silmap-geometry", &[]),
     ("silmap-gpu", &[]),
     ("silmap-map", &["silmap-geometry"]),
+    ("silmap-mesh-io", &["silmap-geometry"]),
     (
         "silmap-preprocess",
-        &["silmap-geometry", "silmap-map", "silmap-gpu"],
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-gpu",
+            "silmap-mesh-io",
+        ],
     ),
     (
         "silmap-runtime",
@@ -32,6 +38,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-geometry",
             "silmap-map",
             "silmap-gpu",
+            "silmap-mesh-io",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-exact",
@@ -44,6 +51,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-geometry",
             "silmap-map",
             "silmap-gpu",
+            "silmap-mesh-io",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-exact",

@@ -14,7 +14,7 @@ use silmap_exact::{
     walk_around,
 };
 use silmap_geometry::{Camera, Loop, TriangleMesh, Watch};
-use silmap_preprocess::input;
+use silmap_mesh_io::input;
 
 use crate::args::{EdgesArgs, ExtractionArg, usage_error};
 use crate::camera::CameraJson;

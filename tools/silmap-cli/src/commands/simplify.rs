@@ -8,9 +8,9 @@ use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{Simplified, SimplifyParams, simplify};
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
+use silmap_mesh_io as mesh_io;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::evaluate::compare;
-use silmap_preprocess::mesh_io;
 
 use crate::args::SimplifyArgs;
 use crate::files::{load_model, read_text};

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::build::{Builder, cube, quarters, textured};
 use super::compressed;
-use crate::mesh_io::{AlphaUse, LoadOptions, close};
+use crate::{AlphaUse, LoadOptions, close};
 
 /// Files with something of everything.
 fn files() -> Vec<Builder> {

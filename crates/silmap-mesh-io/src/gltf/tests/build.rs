@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::mesh_io::error::MeshFault;
-use crate::mesh_io::raw::RawMesh;
+use crate::error::MeshFault;
+use crate::raw::RawMesh;
 
 pub(super) const FLOAT: u32 = 5126;
 

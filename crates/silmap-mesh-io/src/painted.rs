@@ -25,7 +25,7 @@ use super::error::{MeshFault, MeshIoError};
 use super::write::{
     encode_about, placed, ply_colour_properties, push_ply_vertices, vertex_colours,
 };
-use crate::progress::PrepWarning;
+use crate::warning::MeshWarning;
 
 /// How a material library begins that was written here, and may be replaced.
 const LIBRARY_HEAD: &str = "# written by silmap\n";
@@ -40,7 +40,7 @@ pub struct PaintedFiles {
     /// What the format has no place for.
     pub left_out: Vec<&'static str>,
     /// Set when the format cannot hold positions so far from zero.
-    pub rounding: Option<PrepWarning>,
+    pub rounding: Option<MeshWarning>,
 }
 
 /// The files of a mesh in coordinates about `origin`, in the format that the extension of `path` names: in the files it stands there.

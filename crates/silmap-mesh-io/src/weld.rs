@@ -93,7 +93,7 @@ fn first_at_equal_place(positions: &[DVec3]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh_io::raw::PolygonLook;
+    use crate::raw::PolygonLook;
 
     #[test]
     fn equal_places_are_merged_and_lost_faces_dropped() {

@@ -11,7 +11,7 @@ use silmap_geometry::TriangleMesh;
 use silmap_geometry::camera::in_short;
 
 use super::error::MeshFault;
-use crate::progress::PrepWarning;
+use crate::warning::MeshWarning;
 
 /// Models whose middle is within this many radii of the origin keep their coordinates: of the 24 binary digits of single
 /// precision four are lost there.
@@ -38,7 +38,7 @@ const MOST_EXACT: i64 = 1 << 53;
 ///
 /// # Errors
 /// When the numbers of double precision lie too far apart there to tell the model's shape.
-pub(super) fn localise(mesh: &mut TriangleMesh) -> Result<(DVec3, Option<PrepWarning>), MeshFault> {
+pub(super) fn localise(mesh: &mut TriangleMesh) -> Result<(DVec3, Option<MeshWarning>), MeshFault> {
     let bounds = mesh.bounds();
     let radius = bounds.radius;
     let distance = bounds.center.abs().max_element();
@@ -64,7 +64,7 @@ pub(super) fn localise(mesh: &mut TriangleMesh) -> Result<(DVec3, Option<PrepWar
     } else {
         None
     };
-    let warning = warning.map(|step| PrepWarning::CoarseCoordinates {
+    let warning = warning.map(|step| MeshWarning::CoarseCoordinates {
         step,
         step_rel: step / radius,
     });
@@ -131,13 +131,13 @@ fn lies_on_grid(mesh: &TriangleMesh, step: f64) -> bool {
 
 /// Says how far numbers of single precision are from a mesh's coordinates about `origin`, where that is more than its shape can
 /// bear.
-pub(super) fn rounding(mesh: &TriangleMesh, origin: DVec3) -> Option<PrepWarning> {
+pub(super) fn rounding(mesh: &TriangleMesh, origin: DVec3) -> Option<MeshWarning> {
     let radius = mesh.bounds().radius;
     let moved = (mesh.positions.iter())
         .map(|&p| p + origin)
         .map(|p| (p.as_vec3().as_dvec3() - p).length())
         .fold(0.0, f64::max);
-    (moved > COARSE_STEP_REL * radius).then(|| PrepWarning::Ignored {
+    (moved > COARSE_STEP_REL * radius).then(|| MeshWarning::Ignored {
         what: format!(
             "this format has single precision alone: its coordinates are up to {} off, {:.1e} of the radius",
             in_short(moved),

@@ -7,6 +7,7 @@ mod content;
 mod error;
 mod gltf;
 mod guard;
+pub mod input;
 mod mtl;
 mod obj;
 mod off;
@@ -20,6 +21,7 @@ mod stl;
 #[cfg(test)]
 mod tests;
 mod text;
+mod warning;
 mod weld;
 mod write;
 
@@ -33,9 +35,9 @@ use silmap_geometry::{ClosedMesh, MeshDefects, TriangleMesh, diagonals, holes, r
 pub use self::error::{GltfFault, HeaderFault, LineFault, MeshFault, MeshIoError};
 pub use self::painted::{PaintedFiles, encode_painted};
 use self::raw::RawMesh;
+pub use self::warning::MeshWarning;
 use self::weld::{Welded, weld};
 pub use self::write::{check_output, encode, encode_about, holds_colours, write};
-use crate::progress::PrepWarning;
 
 /// What to mend in a mesh that is not closed and oriented.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -73,7 +75,7 @@ pub struct Loaded {
     /// The file's name without folder and extension.
     pub name: String,
     /// What was odd, or changed.
-    pub warnings: Vec<PrepWarning>,
+    pub warnings: Vec<MeshWarning>,
 }
 
 /// Triangles as a file has them.
@@ -84,7 +86,7 @@ pub struct LoadedTriangles {
     /// Where the origin of its coordinates lies in those of the file.
     pub origin: DVec3,
     /// What was odd.
-    pub warnings: Vec<PrepWarning>,
+    pub warnings: Vec<MeshWarning>,
 }
 
 const KNOWN_INPUTS: &str = ".obj, .ply, .stl, .off, .gltf, .glb";
@@ -274,7 +276,7 @@ fn check_size(mesh: &TriangleMesh) -> Result<(), MeshFault> {
 fn close(
     mut raw: RawMesh,
     options: &LoadOptions,
-) -> Result<(ClosedMesh, Vec<PrepWarning>), MeshFault> {
+) -> Result<(ClosedMesh, Vec<MeshWarning>), MeshFault> {
     raw.cut_out(options.alpha);
     let rounding = seams::rounding_distance(&raw);
     let Welded {
@@ -298,7 +300,7 @@ fn close(
         });
     }
     check_size(&mesh)?;
-    let mut repaired = |what: String| warnings.push(PrepWarning::Repaired { what });
+    let mut repaired = |what: String| warnings.push(MeshWarning::Repaired { what });
     if dropped > 0 {
         repaired(format!(
             "{} with corners at the same place: left out",
@@ -337,13 +339,13 @@ fn close(
         let report = repair::repair(&mut mesh)?;
         vertex_of = through(&report.vertex_of, &vertex_of);
         face_of = through(&report.face_of, &face_of);
-        warnings.extend(report.changes().map(|what| PrepWarning::Repaired { what }));
+        warnings.extend(report.changes().map(|what| MeshWarning::Repaired { what }));
     }
     if options.close_holes {
         let first_fill = mesh.faces.len();
         let report = holes::close_holes(&mut mesh);
         vertex_of = through(&report.vertex_of, &vertex_of);
-        warnings.extend(report.changes().map(|what| PrepWarning::Repaired { what }));
+        warnings.extend(report.changes().map(|what| MeshWarning::Repaired { what }));
         // A slit is filled with faces on a line.
         let first = if options.repair { 0 } else { first_fill };
         repair::replace_zero_area(&mut mesh, &mut face_of, first);
@@ -354,14 +356,14 @@ fn close(
             "{} of parts that faced inward: turned outward",
             counted(turned, "face")
         );
-        warnings.push(PrepWarning::Repaired { what });
+        warnings.push(MeshWarning::Repaired { what });
     }
     let vertex_count = mesh.positions.len();
     vertex_of = through(&mesh.drop_unused_vertices(), &vertex_of);
     let unused = vertex_count - vertex_of.len();
     if unused > 0 {
         let what = format!("{} used by no face: left out", counted(unused, "vertex"));
-        warnings.push(PrepWarning::Ignored { what });
+        warnings.push(MeshWarning::Ignored { what });
     }
     let defects = match ClosedMesh::try_from(mesh) {
         Ok(mesh) => return Ok((mesh.with_origin(origin), warnings)),
@@ -372,12 +374,12 @@ fn close(
             "{} on the same vertices as others: removed",
             counted(copies, "face")
         );
-        warnings.push(PrepWarning::Repaired { what });
+        warnings.push(MeshWarning::Repaired { what });
         return Ok((mesh, warnings));
     }
     if let Some(mesh) = close_unwelded(raw.mesh, origin) {
         let what = "sheets touch where the file keeps vertices apart: its vertices were not merged";
-        warnings.push(PrepWarning::Ignored {
+        warnings.push(MeshWarning::Ignored {
             what: what.to_owned(),
         });
         return Ok((mesh.with_origin(origin), warnings));

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::mesh_io::raw::PolygonLook;
+use crate::raw::PolygonLook;
 
 /// A surface over a grid of parameters, as three.js makes its solids: every seam is written twice, and walked to by 2π.
 fn grid(
@@ -72,7 +72,7 @@ fn as_raw((positions, faces): &(Vec<DVec3>, Vec<[u32; 3]>)) -> RawMesh {
     raw.finish()
 }
 
-fn joined_only(warnings: &[PrepWarning]) -> bool {
+fn joined_only(warnings: &[MeshWarning]) -> bool {
     warnings
         .iter()
         .any(|w| w.to_string().contains("of open edges joined"))

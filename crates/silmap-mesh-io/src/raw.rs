@@ -7,7 +7,7 @@ use silmap_geometry::triangulate::triangulate_polygon;
 use silmap_geometry::{Material, TriangleMesh};
 
 use super::AlphaUse;
-use crate::progress::PrepWarning;
+use crate::warning::MeshWarning;
 
 /// Cutting a polygon takes time quadratic in its corners; this many take about a second.
 pub(super) const MOST_CORNERS: usize = 10_000;
@@ -28,7 +28,7 @@ pub(super) struct RawMesh {
     /// What the file calls its first vertex and face: 0 or 1.
     pub(super) first_number: u32,
     /// What was odd.
-    pub(super) warnings: Vec<PrepWarning>,
+    pub(super) warnings: Vec<MeshWarning>,
     /// What materials cut out.
     pub(super) alpha: CutOut,
     /// Most digits of a coordinate's decimal number; 0 when the numbers are binary.
@@ -189,14 +189,14 @@ impl RawMesh {
                 let mut face = 0..;
                 self.face_of.retain(|_| face.next().is_some_and(is_kept));
                 let what = format!("{faces} that a material cuts out by alpha: taken out");
-                self.warnings.push(PrepWarning::Repaired { what });
+                self.warnings.push(MeshWarning::Repaired { what });
             }
         }
     }
 
     /// Adds a warning about something left out.
     pub(super) fn ignore(&mut self, what: String) {
-        let warning = PrepWarning::Ignored { what };
+        let warning = MeshWarning::Ignored { what };
         if !self.warnings.contains(&warning) {
             self.warnings.push(warning);
         }

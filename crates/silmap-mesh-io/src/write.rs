@@ -18,7 +18,7 @@ use silmap_geometry::lighting::srgb_from_linear;
 use super::at;
 use super::error::{MeshFault, MeshIoError};
 use super::origin::rounding;
-use crate::progress::PrepWarning;
+use crate::warning::MeshWarning;
 
 const KNOWN_OUTPUTS: &str = ".obj, .ply, .off, .stl, .glb";
 
@@ -50,7 +50,7 @@ pub fn encode_about(
     path: &Path,
     mesh: &TriangleMesh,
     origin: DVec3,
-) -> Result<(Vec<u8>, Option<PrepWarning>), MeshIoError> {
+) -> Result<(Vec<u8>, Option<MeshWarning>), MeshIoError> {
     let bytes = encoder(path)
         .and_then(|encode| encode(mesh, origin))
         .map_err(|fault| at(path, fault))?;

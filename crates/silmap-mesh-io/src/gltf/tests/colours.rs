@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::build::{Builder, cube, encoded, quarters, seen, textured};
-use crate::mesh_io::{AlphaUse, LoadOptions, close};
+use crate::{AlphaUse, LoadOptions, close};
 
 fn upright() -> Builder {
     textured(|u, v| [u, v], &quarters())
