@@ -46,7 +46,7 @@ pub fn is_one_sentence(message: &str) -> bool {
 
 /// The mesh that saved cone forests belong to.
 pub static FOREST_MESH: LazyLock<EdgeMesh> = LazyLock::new(|| {
-    EdgeMesh::new(&silmap_preprocess::models::torus(400)).expect("a torus is closed")
+    EdgeMesh::new(&silmap_models::torus(400)).expect("a torus is closed")
 });
 
 /// Outlines of an asset's map from eyes on all sides, near and far, by every method.

@@ -13,7 +13,7 @@ use silmap_preprocess::hull::{self, HullParams};
 use silmap_mesh_io::encode;
 use silmap_preprocess::pipeline::{BuildParams, build};
 use silmap_geometry::Watch;
-use silmap_preprocess::models;
+use silmap_models as models;
 
 /// Fewer faces make smaller files, which a fuzzer gets through faster.
 const FACES: usize = 60;

@@ -10,9 +10,9 @@ use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, EncodedImage, Placement, SilhouetteMap,
     TextureSet, TextureView, ViewContour,
 };
+use silmap_models as models;
 use silmap_preprocess::capture::{self, CaptureParams};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_runtime::{

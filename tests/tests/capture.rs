@@ -8,9 +8,9 @@ use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_geometry::{StageEvent, Watch};
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, CaptureParams, capture, view_sphere};
-use silmap_preprocess::models;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 

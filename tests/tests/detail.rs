@@ -9,8 +9,8 @@ use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
     DETAIL_BOUND_PX, Detail, Interpolation, Method, Scratch, SilhouetteMap, ViewContour, outline,
 };
+use silmap_models as models;
 use silmap_preprocess::evaluate::{EvaluateParams, evaluate, summarise};
-use silmap_preprocess::models;
 use silmap_preprocess::simplify_contour::add_levels;
 use silmap_tests::dense_maps::dense;
 

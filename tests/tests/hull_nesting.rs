@@ -8,10 +8,10 @@ use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, TriangleMesh};
 use silmap_map::CoarseHull;
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
 use silmap_preprocess::hull::{
     self, HullParams, ProgressiveHull, Tightening, VerifyParams, verify,
 };
-use silmap_preprocess::models;
 
 /// What rounding to single precision may cost, in radii of the model.
 const LEAK_REL: f64 = 1e-6;

@@ -6,8 +6,8 @@ use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{Method, Scratch, SilhouetteMap, Transfer, outline};
+use silmap_models as models;
 use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate, summarise};
-use silmap_preprocess::models;
 use silmap_tests::dense_maps::dense;
 
 fn misclassified_at_views(map: &SilhouetteMap, masks: &[Mask], moved: f64, method: Method) -> f64 {

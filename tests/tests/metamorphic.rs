@@ -9,9 +9,9 @@ use silmap_map::{
     Asset, CapturedView, Method, Placement, Scratch, SilhouetteMap, ViewContour, asset, outline,
 };
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
 use silmap_preprocess::capture::{Backend, CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_preprocess::pipeline::{self, BuildParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;

@@ -5,9 +5,9 @@ use proptest::prelude::*;
 use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, CoverageRule, TriangleMesh};
 use silmap_map::Method;
+use silmap_models as models;
 use silmap_preprocess::capture::Backend;
 use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate};
-use silmap_preprocess::models;
 use silmap_preprocess::pipeline::{BuildError, BuildParams, build};
 
 fn model(which: usize) -> TriangleMesh {

@@ -11,9 +11,9 @@ use image::{GrayImage, Luma};
 use imageproc::contours::find_contours;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{tangent_depths, view_sphere};
-use silmap_preprocess::models;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 

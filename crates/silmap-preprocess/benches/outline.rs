@@ -12,9 +12,9 @@ use silmap_geometry::Watch;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule};
 use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour};
+use silmap_models as models;
 use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 

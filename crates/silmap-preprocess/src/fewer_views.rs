@@ -129,11 +129,11 @@ fn steps_to(order: &CollapseOrder, there: u32, goal: ViewGoal) -> Result<usize, 
 mod tests {
     use super::*;
     use crate::capture::Backend;
-    use crate::models;
     use crate::pipeline::{BuildParams, build};
     use silmap_geometry::ClosedMesh;
     use silmap_geometry::Watch;
     use silmap_map::asset;
+    use silmap_models as models;
 
     fn torus_asset() -> Asset {
         let mut params = BuildParams {

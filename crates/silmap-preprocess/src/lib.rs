@@ -6,7 +6,6 @@ pub mod evaluate;
 pub mod fewer_views;
 pub mod hull;
 pub mod mask_image;
-pub mod models;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;

@@ -527,7 +527,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::models;
+    use silmap_models as models;
 
     fn small_params() -> BuildParams {
         let mut params = BuildParams {

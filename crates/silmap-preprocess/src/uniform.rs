@@ -64,10 +64,10 @@ pub fn captured_errors(
 mod tests {
     use super::*;
     use crate::capture::{Backend, CaptureParams, capture, view_sphere};
-    use crate::models;
     use crate::pipeline::{BuildParams, build, uniform_map};
     use silmap_geometry::ClosedMesh;
     use silmap_geometry::Watch;
+    use silmap_models as models;
 
     fn small_params() -> BuildParams {
         let mut params = BuildParams {

@@ -17,6 +17,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("silmap-gpu", &[]),
     ("silmap-map", &["silmap-geometry"]),
     ("silmap-mesh-io", &["silmap-geometry"]),
+    ("silmap-models", &["silmap-geometry"]),
     (
         "silmap-preprocess",
         &[
@@ -24,6 +25,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-map",
             "silmap-gpu",
             "silmap-mesh-io",
+            "silmap-models",
         ],
     ),
     (
@@ -39,6 +41,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-map",
             "silmap-gpu",
             "silmap-mesh-io",
+            "silmap-models",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-exact",
@@ -52,6 +55,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-map",
             "silmap-gpu",
             "silmap-mesh-io",
+            "silmap-models",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-exact",

@@ -65,9 +65,9 @@ impl HullLevel {
 mod tests {
     use super::*;
     use crate::hull::{HullParams, build};
-    use crate::models;
     use silmap_geometry::Watch;
     use silmap_geometry::{ClosedMesh, ColourImage};
+    use silmap_models as models;
 
     fn level_of(mesh: &TriangleMesh) -> HullLevel {
         let mesh = ClosedMesh::try_from(mesh.clone()).unwrap();

@@ -177,8 +177,8 @@ fn crossing(first: [DVec3; 3], second: [DVec3; 3]) -> Option<(DVec3, DVec3)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models;
     use proptest::prelude::*;
+    use silmap_models as models;
 
     const FACE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 

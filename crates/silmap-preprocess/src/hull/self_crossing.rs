@@ -229,9 +229,9 @@ pub fn count_self_crossings(mesh: &TriangleMesh) -> u32 {
 mod tests {
     use super::super::{HullParams, Tightening, VerifyParams, build, verify};
     use super::*;
-    use crate::models;
     use silmap_geometry::ClosedMesh;
     use silmap_geometry::Watch;
+    use silmap_models as models;
 
     /// Two rings, one on top of the other, so close that coarse hulls of each reach into the other.
     fn stack() -> TriangleMesh {

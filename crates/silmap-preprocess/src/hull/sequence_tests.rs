@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::hull::{HullParams, Tightening, build};
-use crate::models;
 use silmap_geometry::Watch;
+use silmap_models as models;
 
 fn sequence(inner: bool) -> ProgressiveHull {
     let mesh = ClosedMesh::try_from(models::trefoil_knot(1200)).unwrap();

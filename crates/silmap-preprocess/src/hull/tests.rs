@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 
 use super::*;
-use crate::models;
+use silmap_models as models;
 
 /// Two levels may touch within rounding; in radii.
 const TOUCHING: VerifyParams = VerifyParams {

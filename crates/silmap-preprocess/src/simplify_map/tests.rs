@@ -9,7 +9,7 @@ use silmap_geometry::{ClosedMesh, CoverageRule};
 use silmap_map::{CapturedView, ViewContour};
 
 fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
-    let mesh = ClosedMesh::try_from(crate::models::torus(1024)).unwrap();
+    let mesh = ClosedMesh::try_from(silmap_models::torus(1024)).unwrap();
     let bounds = *mesh.bounds();
     let side = 96;
     let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();

@@ -9,8 +9,8 @@ use silmap_geometry::{Appearance, TriangleMesh};
 use silmap_map::asset::TangentFrames;
 
 use super::*;
-use crate::models;
 use silmap_geometry::StageEvent;
+use silmap_models as models;
 
 /// Linear colours of the cube's sides −X, +X, −Y, +Y, −Z, +Z: no two alike.
 const SIDE_COLOURS: [[f32; 3]; 6] = [

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 use silmap_geometry::TriangleMesh;
 use silmap_mesh_io as mesh_io;
-use silmap_preprocess::models;
+use silmap_models as models;
 
 use crate::args::{GenerateArgs, ModelKind};
 use crate::interrupt;

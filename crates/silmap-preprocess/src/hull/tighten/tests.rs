@@ -7,8 +7,8 @@ use super::is_inside_out;
 use crate::hull::{
     HullLevel, HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify, verify_inner,
 };
-use crate::models;
 use silmap_geometry::Watch;
+use silmap_models as models;
 
 /// Rounding of the places where faces meet, in radii.
 const ROUNDING: VerifyParams = VerifyParams {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::arm::NearestOnArm;
 use super::smoothstep;
-use crate::models::noise::{gradient_noise, nearest_cell};
+use crate::noise::{gradient_noise, nearest_cell};
 
 /// Cells of the warts per model unit.
 const WART_DENSITY: f64 = 9.5;

@@ -418,8 +418,8 @@ impl HalfedgeTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::noise::gradient_noise;
-    use crate::models::polygonise::polygonise;
+    use crate::noise::gradient_noise;
+    use crate::polygonise::polygonise;
 
     struct Ball;
 
