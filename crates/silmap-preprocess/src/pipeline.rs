@@ -211,7 +211,13 @@ pub fn build(
         let sequence = hull::build(model, &params.hull, watch)?;
         let faces = params.hull.target_faces as usize;
         let level = sequence.tightened_level(faces, params.tightening, watch)?;
-        Ok::<_, HullError>(level.round().hull)
+        let rounded = level.round();
+        Ok::<_, HullError>(CoarseHull {
+            positions: rounded.positions,
+            faces: rounded.faces,
+            surface_points: rounded.surface_points,
+            volume_ratio: rounded.volume_ratio,
+        })
     })?;
     let textures = timed(&mut seconds.textures, || {
         texture::bake(model, &tree, &hull, &params.textures, watch)

@@ -9,7 +9,6 @@ use glam::{DVec3, Vec3};
 use silmap_geometry::TriangleMesh;
 use silmap_geometry::lp::{self, HalfSpace, Solution};
 use silmap_geometry::predicates::side_of_plane;
-use silmap_map::CoarseHull;
 
 use super::HullLevel;
 
@@ -19,8 +18,14 @@ const PUSHES_ULP: [f64; 8] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 /// A hull in single precision, and what rounding did to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundedHull {
-    /// The hull.
-    pub hull: CoarseHull,
+    /// Vertex positions, object space.
+    pub positions: Vec<[f32; 3]>,
+    /// Faces, counter-clockwise seen from outside.
+    pub faces: Vec<[u32; 3]>,
+    /// P(v): per vertex, the point of the original surface it stands for.
+    pub surface_points: Vec<[f32; 3]>,
+    /// Volume of the rounded hull over the original's.
+    pub volume_ratio: f64,
     /// Largest distance a vertex moved, in the model's units.
     pub moved: f64,
     /// Bound on how far the level pokes out of it, in the model's units: zero when every vertex found a place outside.
@@ -65,14 +70,25 @@ impl HullLevel {
         };
         let single = |p: &DVec3| p.as_vec3().to_array();
         RoundedHull {
-            hull: CoarseHull {
-                positions: mesh.positions.iter().map(single).collect(),
-                faces: self.mesh.faces.clone(),
-                surface_points: self.surface_points.iter().map(single).collect(),
-                volume_ratio: self.volume_ratio / self.volume * volume,
-            },
+            positions: mesh.positions.iter().map(single).collect(),
+            faces: self.mesh.faces.clone(),
+            surface_points: self.surface_points.iter().map(single).collect(),
+            volume_ratio: self.volume_ratio / self.volume * volume,
             moved,
             leak,
+        }
+    }
+}
+
+impl RoundedHull {
+    /// The hull as a mesh in double precision, each position the one it is stored with.
+    #[must_use]
+    pub fn mesh(&self) -> TriangleMesh {
+        let double = |&p: &[f32; 3]| Vec3::from_array(p).as_dvec3();
+        TriangleMesh {
+            positions: self.positions.iter().map(double).collect(),
+            faces: self.faces.clone(),
+            ..TriangleMesh::default()
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 use silmap_geometry::{Bvh, TriangleMesh};
-use silmap_map::CoarseHull;
 
 use super::collapse::Collapsed;
 use super::surface::{GONE, Surface};
@@ -230,12 +229,6 @@ impl ProgressiveHull {
             is_inner: self.is_inner,
             mesh,
         }
-    }
-
-    /// The level of at most `faces` faces in single precision.
-    #[must_use]
-    pub fn coarse_hull(&self, faces: usize) -> CoarseHull {
-        self.level(faces).round().hull
     }
 
     pub(super) fn outward(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {

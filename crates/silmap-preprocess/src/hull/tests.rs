@@ -320,23 +320,14 @@ fn rounding_to_single_precision_keeps_enclosing() {
     let mesh = closed(mesh);
     let hull = hull_of(&mesh, &params(200));
     let rounded = hull.level(200).round();
-    let single = TriangleMesh {
-        positions: rounded
-            .hull
-            .positions
-            .iter()
-            .map(|&p| glam::Vec3::from(p).as_dvec3())
-            .collect(),
-        faces: rounded.hull.faces.clone(),
-        ..TriangleMesh::default()
-    };
+    let single = rounded.mesh();
     let report = verify(mesh.mesh(), &single, &VerifyParams::default());
     assert!(
         report.encloses && report.escaped_distance <= rounded.leak * 1.001,
         "{report:?}"
     );
     assert!(rounded.leak <= 1e-7 * mesh.bounds().radius);
-    assert!((single.volume() / mesh.mesh().volume() - rounded.hull.volume_ratio).abs() < 1e-9);
+    assert!((single.volume() / mesh.mesh().volume() - rounded.volume_ratio).abs() < 1e-9);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::Serialize;
 use silmap_geometry::{Appearance, ColourImage, TriangleMesh, without_hidden_parts};
 use silmap_mesh_io as mesh_io;
@@ -320,10 +320,8 @@ fn as_written(level: &HullLevel, (model, origin): (&TriangleMesh, DVec3), path: 
     let is_glb = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("glb"));
-    let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
     let (mut positions, moved): (Vec<DVec3>, f64) = if rounded.leak <= most || is_glb {
-        let single = rounded.hull.positions.into_iter();
-        (single.map(double).collect(), rounded.moved)
+        (rounded.mesh().positions, rounded.moved)
     } else {
         (level.mesh.positions.clone(), 0.0)
     };
