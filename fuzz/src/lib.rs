@@ -8,7 +8,7 @@ use silmap_exact::{ConeForest, EdgeMesh, Extractor, Viewpoint};
 use silmap_geometry::Camera;
 use silmap_map::asset::Asset;
 use silmap_map::{Method, Scratch, outline};
-use silmap_preprocess::hull::ProgressiveHull;
+use silmap_hull::ProgressiveHull;
 use silmap_mesh_io::{LoadOptions, load_bytes};
 
 /// Reads a mesh as a file of that format and, when that works, mends it in every way there is.

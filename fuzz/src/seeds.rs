@@ -9,7 +9,7 @@ use silmap_exact::ConeForest;
 use silmap_fuzz::FOREST_MESH;
 use silmap_geometry::ClosedMesh;
 use silmap_map::asset;
-use silmap_preprocess::hull::{self, HullParams};
+use silmap_hull::{self as hull, HullParams};
 use silmap_mesh_io::encode;
 use silmap_preprocess::pipeline::{BuildParams, build};
 use silmap_geometry::Watch;

@@ -5,11 +5,9 @@ use std::path::{Path, PathBuf};
 
 use silmap_geometry::ClosedMesh;
 use silmap_geometry::Watch;
+use silmap_hull::{self as hull, HullParams, ProgressiveHull, Tightening, VerifyParams, verify};
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
 use silmap_models as models;
-use silmap_preprocess::hull::{
-    self, HullParams, ProgressiveHull, Tightening, VerifyParams, verify,
-};
 
 /// What rounding to single precision may cost, in radii of the model.
 const LEAK_REL: f64 = 1e-6;

@@ -9,9 +9,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, TriangleMesh};
+use silmap_hull::{self as hull, HullParams, Tightening, VerifyParams, verify_inner};
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
 use silmap_models as models;
-use silmap_preprocess::hull::{self, HullParams, Tightening, VerifyParams, verify_inner};
 
 /// How far outside counts, in radii of the model.
 const TOLERANCE_REL: f64 = 1e-6;

@@ -4,7 +4,6 @@ pub mod capture;
 pub mod dense_map;
 pub mod evaluate;
 pub mod fewer_views;
-pub mod hull;
 pub mod mask_image;
 pub mod pipeline;
 pub mod progress;

@@ -21,7 +21,6 @@ use thiserror::Error;
 
 use crate::capture::{Backend, CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
-use crate::hull::{self, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
 use crate::progress::{self, PrepWarning};
 use crate::recipe::Recipe;
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
@@ -32,6 +31,7 @@ use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
 use crate::uniform::{captured_errors, uniform_counts};
 use silmap_geometry::watch::{Interrupted, Watch};
+use silmap_hull::{self as hull, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
 use silmap_mesh_io::{AlphaUse, LoadOptions};
 
 /// How an asset is made.

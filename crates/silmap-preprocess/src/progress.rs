@@ -13,8 +13,6 @@ pub const MAP: Stage = Stage("choosing views");
 pub const REFINE: Stage = Stage("moving views");
 /// Finding out which of them could go next.
 pub const ORDER: Stage = Stage("ordering views");
-/// Collapsing the mesh to the coarse hull.
-pub const HULL: Stage = Stage("growing the hull");
 /// Taking texture pictures and the atlas.
 pub const TEXTURES: Stage = Stage("taking textures");
 /// Measuring errors.

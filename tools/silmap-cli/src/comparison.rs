@@ -6,8 +6,8 @@ use silmap_exact::{EdgeMesh, Method as Extraction, Viewpoint, walk_around};
 use silmap_geometry::Watch;
 use silmap_geometry::{Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
+use silmap_hull::{self as hull, HullParams};
 use silmap_map::{Asset, Method, asset};
-use silmap_preprocess::hull::{self, HullParams};
 use silmap_report::{
     Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
 };

@@ -7,11 +7,11 @@ use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_geometry::{Appearance, ColourImage, TriangleMesh, without_hidden_parts};
+use silmap_hull::{
+    self as hull, HullLevel, HullParams, ProgressiveHull, VerifyParams, VerifyReport,
+};
 use silmap_mesh_io as mesh_io;
 use silmap_preprocess::PrepWarning;
-use silmap_preprocess::hull::{
-    self, HullLevel, HullParams, ProgressiveHull, VerifyParams, VerifyReport,
-};
 
 use crate::args::HullArgs;
 use crate::files::{encode_mesh, load_model_bytes, load_options, read};

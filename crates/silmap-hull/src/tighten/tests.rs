@@ -4,7 +4,7 @@ use glam::DVec3;
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 
 use super::is_inside_out;
-use crate::hull::{
+use crate::{
     HullLevel, HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify, verify_inner,
 };
 use silmap_geometry::Watch;

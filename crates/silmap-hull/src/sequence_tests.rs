@@ -1,7 +1,7 @@
 //! Sequences come back from their files as they were, and nothing else passes for one.
 
 use super::*;
-use crate::hull::{HullParams, Tightening, build};
+use crate::{HullParams, Tightening, build};
 use silmap_geometry::Watch;
 use silmap_models as models;
 

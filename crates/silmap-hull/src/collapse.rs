@@ -8,16 +8,14 @@ use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
-use silmap_geometry::TriangleMesh;
 use silmap_geometry::bvh::{Bvh, closest_weights};
+use silmap_geometry::{TriangleMesh, Watch};
 
 use super::inside::Inside;
 use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
 use super::self_crossing::FaceTree;
 use super::surface::{Contraction, Surface};
-use super::{HullError, HullParams};
-use crate::progress;
-use silmap_geometry::watch::Watch;
+use super::{HullError, HullParams, STAGE};
 
 /// Collapses between two words of progress: a few milliseconds.
 const WATCH_STRIDE: usize = 512;
@@ -320,7 +318,7 @@ impl Collapser<'_> {
             self.contract(entry.edge, placement);
             let done = self.state.steps.len();
             if done.is_multiple_of(WATCH_STRIDE) {
-                watch.advance(progress::HULL, 2 * WATCH_STRIDE as u64);
+                watch.advance(STAGE, 2 * WATCH_STRIDE as u64);
             }
         }
         Ok(())

@@ -7,12 +7,12 @@
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. TR-1-99, 1999, section 7; the progressive mesh
 //! is that of H. Hoppe. Progressive Meshes. SIGGRAPH 1996.
 
-mod coarse;
 mod collapse;
 mod colours;
 mod inside;
 mod placement;
 mod progressive;
+mod rounded;
 mod self_crossing;
 mod sequence;
 mod surface;
@@ -20,20 +20,21 @@ mod tighten;
 mod verify;
 
 use serde::{Deserialize, Serialize};
-use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
+use silmap_geometry::{Bvh, ClosedMesh, Interrupted, Stage, TriangleMesh, Watch};
 use thiserror::Error;
 
-use crate::progress;
 use collapse::Limits;
-use silmap_geometry::watch::{Interrupted, Watch};
 use surface::Surface;
 
-pub use coarse::RoundedHull;
 pub use progressive::{HullLevel, LevelSummary, ProgressiveHull};
+pub use rounded::RoundedHull;
 pub use self_crossing::count_self_crossings;
 pub use sequence::{MAGIC as SEQUENCE_MAGIC, SequenceError};
 pub use tighten::Tightening;
 pub use verify::{VerifyParams, VerifyReport, verify, verify_inner};
+
+/// Collapsing, whose units are faces.
+pub const STAGE: Stage = Stage("growing the hull");
 
 /// What hull to make.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -153,10 +154,7 @@ pub fn build(
         volume: params.volume_ratio.map_or(f64::INFINITY, |r| r * volume),
         distance: params.max_distance.map_or(f64::INFINITY, |d| d / unit),
     };
-    watch.start(
-        progress::HULL,
-        mesh.faces.len().saturating_sub(limits.faces) as u64,
-    );
+    watch.start(STAGE, mesh.faces.len().saturating_sub(limits.faces) as u64);
     let surface = Surface::new(scaled.positions.clone(), &scaled.faces);
     let model = collapse::Model {
         mesh: &scaled,
@@ -164,7 +162,7 @@ pub fn build(
         volume,
     };
     let collapsed = collapse::collapse(surface, &model, &limits, params, watch)?;
-    watch.finish(progress::HULL);
+    watch.finish(STAGE);
     Ok(ProgressiveHull {
         collapsed,
         scaled,

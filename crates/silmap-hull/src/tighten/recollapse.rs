@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::Tightener;
-use crate::hull::HullError;
+use crate::HullError;
 use silmap_geometry::Watch;
 
 /// Most faces at a vertex after a collapse.

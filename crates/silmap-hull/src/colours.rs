@@ -64,7 +64,7 @@ impl HullLevel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hull::{HullParams, build};
+    use crate::{HullParams, build};
     use silmap_geometry::Watch;
     use silmap_geometry::{ClosedMesh, ColourImage};
     use silmap_models as models;

@@ -6,10 +6,8 @@ use glam::DVec3;
 use silmap_geometry::Watch;
 use silmap_geometry::lp::{self, HalfSpace};
 use silmap_geometry::{ClosedMesh, TriangleMesh};
+use silmap_hull::{HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify};
 use silmap_models as models;
-use silmap_preprocess::hull::{
-    HullParams, ProgressiveHull, Tightening, VerifyParams, build, verify,
-};
 
 const MODEL_FACES: usize = 20_000;
 
