@@ -7,9 +7,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use silmap_preprocess::mesh_io::{
-    AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles,
-};
+use silmap_mesh_io::{AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles};
 use silmap_tests::outside::shared;
 
 const PLAIN: LoadOptions = LoadOptions {

@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_geometry::{StageEvent, Watch};
+use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, CaptureParams, capture, view_sphere};
-use silmap_preprocess::mesh_io::{self, LoadOptions};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_preprocess::{Monitor, PrepEvent, models};
 use silmap_tests::outside;
 
 fn cameras(mesh: &TriangleMesh, count: u32, side: u32) -> Vec<Camera> {
@@ -140,8 +141,8 @@ fn masks_do_not_depend_on_the_number_of_threads() {
     let mesh = ClosedMesh::try_from(models::torus(2000)).unwrap();
     let views = cameras(mesh.mesh(), 40, 100);
     let advanced = AtomicU64::new(0);
-    let on_event = |event: PrepEvent| {
-        if let PrepEvent::Advanced { count, .. } = event {
+    let on_event = |event: StageEvent| {
+        if let StageEvent::Advanced { count, .. } = event {
             advanced.fetch_add(count, Ordering::Relaxed);
         }
     };
@@ -149,8 +150,8 @@ fn masks_do_not_depend_on_the_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap().install(|| {
-            let monitor = Monitor::new(&on_event, &stop);
-            capture(&mesh, &views, &CaptureParams::default(), &monitor)
+            let watch = Watch::new(&on_event, &stop);
+            capture(&mesh, &views, &CaptureParams::default(), &watch)
         })
     };
     let one = run(1).unwrap();

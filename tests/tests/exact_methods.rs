@@ -6,7 +6,7 @@
 use glam::DVec3;
 use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint, chain_loops, silhouette_edges};
 use silmap_geometry::ClosedMesh;
-use silmap_preprocess::mesh_io::{LoadOptions, load};
+use silmap_mesh_io::{LoadOptions, load};
 use silmap_tests::outside;
 
 /// Models, and whether they are mended first. The quadratic method keeps this to models of moderate size.

@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{Method, Scratch, SilhouetteMap, Transfer, outline};
+use silmap_models as models;
 use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate, summarise};
-use silmap_preprocess::{Monitor, models};
 use silmap_tests::dense_maps::dense;
 
 fn misclassified_at_views(map: &SilhouetteMap, masks: &[Mask], moved: f64, method: Method) -> f64 {
@@ -69,7 +70,7 @@ fn hull_errors(map: &SilhouetteMap, mesh: &TriangleMesh) -> (f64, f64, f64) {
         size_px: 256,
         ..EvaluateParams::default()
     };
-    let errors = evaluate(map, mesh, &params, &Monitor::silent()).unwrap();
+    let errors = evaluate(map, mesh, &params, &Watch::silent()).unwrap();
     let s = summarise(&errors)[0];
     (s.misclassified_mean, s.escaped_mean, s.escaped_max)
 }
@@ -165,7 +166,7 @@ fn mean_error(
         size_px: 256,
         ..EvaluateParams::default()
     };
-    summarise(&evaluate(map, mesh, &params, &Monitor::silent()).unwrap())[0].misclassified_mean
+    summarise(&evaluate(map, mesh, &params, &Watch::silent()).unwrap())[0].misclassified_mean
 }
 
 /// Off the polytope every ray is followed to where it crosses it. The homography of one plane is the negative control.

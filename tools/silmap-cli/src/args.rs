@@ -13,7 +13,7 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap};
-use silmap_preprocess::mesh_io::AlphaUse;
+use silmap_mesh_io::AlphaUse;
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
 pub(crate) use building::{AttachArgs, BuildArgs, DemoArgs};
