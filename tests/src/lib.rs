@@ -3,6 +3,7 @@
 
 pub mod dense_maps;
 pub mod device;
+pub mod outside;
 pub mod scene;
 pub mod tolerance;
 

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use silmap_geometry::{Interrupted, Watch};
+
 use crate::backface_regions::{FacingRegions, region_hierarchy};
 use crate::brute::{Brute, BruteParallel};
 use crate::cluster_forest::ClusterForest;
@@ -10,8 +12,7 @@ use crate::dual::{Division, MovingSilhouette};
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
-use crate::watch::unwatched;
-use crate::{DirectedEdge, Stopped, Viewpoint, Watch, edge_list};
+use crate::{DirectedEdge, Viewpoint, edge_list};
 
 /// How silhouette edges are found. All methods find the same ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -120,19 +121,19 @@ impl<'m> Extractor<'m> {
     /// Precomputes what `method` needs.
     #[must_use]
     pub fn new(mesh: &'m EdgeMesh, method: Method) -> Self {
-        let made = Self::watched(mesh, method, &mut unwatched);
-        made.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
+        let made = Self::watched(mesh, method, &Watch::silent());
+        made.unwrap_or_else(|Interrupted| unreachable!("nobody stops it"))
     }
 
-    /// As [`Self::new`]; `watch` hears how far the work is, where it takes long, and may end it.
+    /// As [`Self::new`]; with a watch over what takes long, the forest of [`Method::Cones`].
     ///
     /// # Errors
-    /// When `watch` ends the work.
+    /// When the caller asks to stop.
     pub fn watched(
         mesh: &'m EdgeMesh,
         method: Method,
-        watch: &mut Watch<'_>,
-    ) -> Result<Self, Stopped> {
+        watch: &Watch<'_>,
+    ) -> Result<Self, Interrupted> {
         let data = match method {
             Method::Brute => MethodData::Brute(Brute::default()),
             Method::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),

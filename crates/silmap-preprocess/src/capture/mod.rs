@@ -11,7 +11,8 @@ use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mas
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 pub mod cpu;
 mod depth;
@@ -154,23 +155,23 @@ pub fn capture(
     mesh: &ClosedMesh,
     cameras: &[Camera],
     params: &CaptureParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<Mask>, CaptureError> {
-    monitor.start(Stage::Capture, cameras.len() as u64);
+    watch.start(progress::CAPTURE, cameras.len() as u64);
     let masks = match (params.backend, params.coverage) {
-        (Backend::Gpu, CoverageRule::Center) => capture_by_device(mesh, cameras, monitor)?,
+        (Backend::Gpu, CoverageRule::Center) => capture_by_device(mesh, cameras, watch)?,
         (Backend::Auto | Backend::Cpu | Backend::Gpu, _) => cameras
             .par_iter()
             .map(|camera| {
-                monitor.check()?;
+                watch.check()?;
                 let mut mask = Mask::new(camera.width_px, camera.height_px);
                 cpu::rasterise(mesh.mesh(), camera, params.coverage, &mut mask)?;
-                monitor.advance(Stage::Capture, 1);
+                watch.advance(progress::CAPTURE, 1);
                 Ok(mask)
             })
             .collect::<Result<Vec<_>, CaptureError>>()?,
     };
-    monitor.finish(Stage::Capture);
+    watch.finish(progress::CAPTURE);
     Ok(masks)
 }
 
@@ -178,14 +179,14 @@ pub fn capture(
 fn capture_by_device(
     mesh: &ClosedMesh,
     cameras: &[Camera],
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<Mask>, CaptureError> {
     let gpu = Gpu::new()?;
     let mut masks = Vec::with_capacity(cameras.len());
     gpu::GpuCapture::new(&gpu, mesh.mesh())?.capture(cameras, &mut |_, mask| {
-        monitor.check()?;
+        watch.check()?;
         masks.push(mask);
-        monitor.advance(Stage::Capture, 1);
+        watch.advance(progress::CAPTURE, 1);
         Ok(())
     })?;
     Ok(masks)
