@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{Ended, SMALL_BUILD, fixture, path, run, run_json, scratch};
+use common::{Ended, SMALL_BUILD, fixture, outside, path, run, run_json, scratch};
 use serde_json::Value;
 
 fn root() -> PathBuf {
@@ -24,7 +24,7 @@ fn root() -> PathBuf {
 /// Runs the reader; `None`, said aloud, where there is no Python.
 fn read(arguments: &[&str]) -> Option<Ended> {
     if Command::new("python3").arg("--version").output().is_err() {
-        eprintln!("skipped, because python3 is not here: assets read by their format alone");
+        outside::skip("assets read by their format alone: python3 is not here");
         return None;
     }
     let mut reader = Command::new("python3");

@@ -16,7 +16,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{Ended, bare, is_gpu_skipped, run, scratch};
+use common::{Ended, bare, is_gpu_skipped, outside, run, scratch};
 use serde_json::{Value, json};
 
 /// Why a block is not run: a word for it and what it means.
@@ -316,7 +316,7 @@ fn the_guide_has_every_command() {
 /// Runs `tools/results` with arguments; `None`, said aloud, where there is no Python.
 fn results(arguments: &[&str]) -> Option<Ended> {
     if Command::new("python3").arg("--version").output().is_err() {
-        eprintln!("skipped, because python3 is not here: figures of the documents");
+        outside::skip("figures of the documents: python3 is not here");
         return None;
     }
     let mut program = Command::new("python3");
