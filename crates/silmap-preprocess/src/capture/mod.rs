@@ -63,7 +63,9 @@ pub enum CaptureError {
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// This library was built without graphics devices.
-    #[error("views cannot be captured on a graphics adapter: this program was built without them (feature `gpu`)")]
+    #[error(
+        "views cannot be captured on a graphics adapter: this program was built without them (feature `gpu`)"
+    )]
     NoGpu,
     /// The graphics device cannot draw images of this size.
     #[error(

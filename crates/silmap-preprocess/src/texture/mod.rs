@@ -70,7 +70,9 @@ pub enum TextureError {
     #[error("a picture cannot be encoded: {0}")]
     Encode(#[from] ImageError),
     /// This library was built without the encoder of WebP.
-    #[error("pictures cannot be written as WebP: this program was built without it (feature `webp`)")]
+    #[error(
+        "pictures cannot be written as WebP: this program was built without it (feature `webp`)"
+    )]
     NoWebp,
     /// A picture could not be encoded as WebP.
     #[cfg(feature = "webp")]
