@@ -17,7 +17,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("silmap-gpu", &[]),
     ("silmap-map", &["silmap-geometry"]),
     ("silmap-mesh-io", &["silmap-geometry"]),
-    ("silmap-hull", &["silmap-geometry", "silmap-models"]),
+    (
+        "silmap-hull",
+        &["silmap-geometry", "silmap-models", "silmap-mesh-io"],
+    ),
     ("silmap-models", &["silmap-geometry"]),
     (
         "silmap-preprocess",
@@ -34,7 +37,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "silmap-runtime",
         &["silmap-geometry", "silmap-map", "silmap-gpu"],
     ),
-    ("silmap-exact", &["silmap-geometry"]),
+    ("silmap-exact", &["silmap-geometry", "silmap-mesh-io"]),
     ("silmap-report", &["silmap-geometry", "silmap-map"]),
     (
         "silmap-cli",

@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mask};
+#[cfg(feature = "gpu")]
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
@@ -16,6 +17,7 @@ use silmap_geometry::watch::{Interrupted, Watch};
 
 pub mod cpu;
 mod depth;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 mod rim;
 
@@ -57,8 +59,14 @@ pub enum CaptureError {
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The graphics device is missing or failed.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// This library was built without graphics devices.
+    #[error(
+        "views cannot be captured on a graphics adapter: this program was built without them (feature `gpu`)"
+    )]
+    NoGpu,
     /// The graphics device cannot draw images of this size.
     #[error(
         "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -175,7 +183,17 @@ pub fn capture(
     Ok(masks)
 }
 
+#[cfg(not(feature = "gpu"))]
+fn capture_by_device(
+    _: &ClosedMesh,
+    _: &[Camera],
+    _: &Watch<'_>,
+) -> Result<Vec<Mask>, CaptureError> {
+    Err(CaptureError::NoGpu)
+}
+
 /// All masks from a device of their own.
+#[cfg(feature = "gpu")]
 fn capture_by_device(
     mesh: &ClosedMesh,
     cameras: &[Camera],

@@ -69,7 +69,13 @@ pub enum TextureError {
     /// A picture could not be encoded.
     #[error("a picture cannot be encoded: {0}")]
     Encode(#[from] ImageError),
+    /// This library was built without the encoder of WebP.
+    #[error(
+        "pictures cannot be written as WebP: this program was built without it (feature `webp`)"
+    )]
+    NoWebp,
     /// A picture could not be encoded as WebP.
+    #[cfg(feature = "webp")]
     #[error("a picture cannot be encoded as WebP: {0:?}")]
     Webp(webp::WebPEncodingError),
 }
