@@ -3,10 +3,10 @@
 //! Each does what a frame does in that stage, with buffers that stay warm; a frame does it through [`crate::Scratch`].
 
 use crate::epipolar::object_from_image;
-use crate::intersect::IntersectScratch;
-use crate::linear::{LinearScratch, Pairing};
 use crate::loops::{DeepLoops, FlatLoops};
-use crate::rectified::{RectifiedPair, Seen, TURN_TANGENT, assign_contours};
+use crate::pair_cache::{RectifiedPair, Seen, TURN_TANGENT, assign_contours};
+use crate::rule::{LinearScratch, Pairing};
+use crate::sweep::intersection::IntersectScratch;
 use crate::{Method, SilhouetteMap};
 
 /// The buffers of all stages.

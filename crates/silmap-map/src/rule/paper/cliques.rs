@@ -6,9 +6,9 @@
 //! to the extremum that closes it, two gaps match when these agree, and where two matched gaps are both present they cut the
 //! spans into cliques. Intervals that no matched gap separates stay together, which is "join the nearest clique".
 
-use crate::chains::{Chains, Walker};
-use crate::side::Interval;
-use crate::span::Cuts;
+use crate::rule::paper::spans::Cuts;
+use crate::sweep::interval::Interval;
+use crate::sweep::monotone_chain::{Chains, Walker};
 
 /// Two gaps match when the scanlines they share are at least this part of the scanlines that either has.
 const MIN_SHARED_SCANLINES: f64 = 0.5;

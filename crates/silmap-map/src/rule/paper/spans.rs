@@ -4,8 +4,8 @@
 //! view and an interval j of the second interpolate to one interval, end by end; the span is the union over the pairs that
 //! are kept. All pairs give the image of the two-view visual hull; cliques keep fewer. (Where all pairs are kept, see `within`.)
 
-use crate::connect::Connector;
-use crate::side::{Interval, Side, insertion_sort};
+use crate::sweep::interval::{Interval, Side, insertion_sort};
+use crate::sweep::loop_builder::Connector;
 
 /// Where the intervals of two views are cut into cliques: cliques end before interval `.0` of the first view and `.1` of the
 /// second. Pairs are kept within a clique only.

@@ -8,10 +8,10 @@
 
 use glam::DVec2;
 
-use crate::chains::{Chains, Strand, Walker, first_range, next_range};
-use crate::connect::Connector;
-use crate::cover::Cover;
-use crate::rectified::SphereDepths;
+use crate::pair_cache::SphereDepths;
+use crate::sweep::coverage::Cover;
+use crate::sweep::loop_builder::Connector;
+use crate::sweep::monotone_chain::{Chains, Strand, Walker, first_range, next_range};
 
 /// A range of parallax, or of heights.
 type Range = (f64, f64);

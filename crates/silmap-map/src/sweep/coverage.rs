@@ -7,7 +7,7 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::connect::{Connector, is_straight};
+use crate::sweep::loop_builder::{Connector, is_straight};
 
 /// Ends that meet within this share of their place, and of 1, bound one and the same side, above and below.
 const MEETING: f64 = 1e-9;

@@ -8,7 +8,7 @@
 use glam::{DVec2, DVec4, Vec4Swizzles};
 
 use crate::loops::DeepLoops;
-use crate::side::{Interval, Side};
+use crate::sweep::interval::{Interval, Side};
 use crate::tidy::cut_hairs;
 
 /// Points that add less than this to the line between those that are kept are dropped.

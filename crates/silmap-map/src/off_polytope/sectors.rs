@@ -12,15 +12,15 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use silmap_geometry::Camera;
 
 use crate::epipolar::{image_from_object, object_from_image};
-use crate::interpolate::TriangleInterpolator;
-use crate::intersect::IntersectScratch;
+use crate::interpolation::{Detail, Interpolation, Method};
 use crate::loops::{DeepLoops, FlatLoops};
-use crate::method::{Detail, Interpolation, Method};
-use crate::outline::InterpolateError;
+use crate::off_polytope::merge::{WedgeJoin, half_line};
 use crate::polytope::{Location, Polytope};
 use crate::project::{Projection, project_loops};
+use crate::reader::InterpolateError;
+use crate::sweep::intersection::IntersectScratch;
 use crate::tidy::PieceCounts;
-use crate::wedges::{WedgeJoin, half_line};
+use crate::triangle::TriangleInterpolator;
 use crate::{CapturedView, SilhouetteMap};
 
 /// How many sectors there are. By `hull` each takes longer, and less is lost by wide ones.

@@ -8,7 +8,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::side::{Interval, Section, Side, Touch, insertion_sort};
+use crate::sweep::interval::{Interval, Section, Side, Touch, insertion_sort};
 
 /// A run of edges that go down: vertices `top` to `bottom` by index, in either direction.
 #[derive(Clone, Copy, Debug)]

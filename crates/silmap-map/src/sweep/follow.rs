@@ -2,8 +2,8 @@
 
 use glam::DVec4;
 
-use crate::chains::{Chains, Strand};
-use crate::side::Touch;
+use crate::sweep::interval::Touch;
+use crate::sweep::monotone_chain::{Chains, Strand};
 
 /// Appends one side of the interpolated silhouette to `points`: a vertex wherever either view's chain has one.
 pub(crate) fn follow_pair(

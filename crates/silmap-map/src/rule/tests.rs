@@ -1,6 +1,6 @@
 use super::*;
 use crate::loops::FlatLoops;
-use crate::rectified::Seen;
+use crate::pair_cache::Seen;
 use glam::{DMat3, DVec2, DVec3, Vec4Swizzles};
 use proptest::prelude::*;
 use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};

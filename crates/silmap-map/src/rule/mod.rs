@@ -5,19 +5,23 @@
 //! has one interval, its sides are followed from vertex to vertex until a chain ends; where there are several, spans are visited
 //! slab by slab.
 
+mod paper;
+pub(crate) mod tangent_arc;
+pub(crate) mod visual_hull;
+
 use glam::DVec4;
 
-use crate::chains::{Chains, Walker, first_range, next_range};
-use crate::clique::{GapMatching, GapTracks};
-use crate::connect::{Connector, Slack};
-use crate::cover::Cover;
-use crate::follow::{do_cross, follow_pair};
 use crate::loops::DeepLoops;
-use crate::rectified::RectifiedPair;
-use crate::rows::{CrossingScratch, RowsScratch};
-use crate::side::{Interval, Touch};
-use crate::span::{Cuts, SpanScratch};
-use crate::within::PairScratch;
+use crate::pair_cache::RectifiedPair;
+use crate::rule::paper::cliques::{GapMatching, GapTracks};
+use crate::rule::paper::spans::{Cuts, SpanScratch};
+use crate::rule::tangent_arc::prepare::{CrossingScratch, RowsScratch};
+use crate::rule::visual_hull::PairScratch;
+use crate::sweep::coverage::Cover;
+use crate::sweep::follow::{do_cross, follow_pair};
+use crate::sweep::interval::{Interval, Touch};
+use crate::sweep::loop_builder::{Connector, Slack};
+use crate::sweep::monotone_chain::{Chains, Walker, first_range, next_range};
 
 /// Rectified coordinates are tangents: this is a seventh of a pixel of a 512² capture, less than contours are simplified by.
 /// It keeps the vertices of both views from adding up along straight stretches.

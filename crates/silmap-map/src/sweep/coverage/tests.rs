@@ -1,8 +1,8 @@
 //! What is covered, beside counting at every end.
 
 use super::*;
-use crate::connect::Slack;
 use crate::loops::DeepLoops;
+use crate::sweep::loop_builder::Slack;
 use proptest::prelude::*;
 
 /// Where a scanline enters and leaves what is covered, by counting at every end.

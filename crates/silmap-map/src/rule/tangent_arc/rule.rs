@@ -8,7 +8,7 @@
 //! and the tangent is found by one division where the arc in the epipolar plane takes the root of a quadratic. Tangency, and
 //! the order of the error, are the same in both.
 
-use crate::side::{Section, Touch};
+use crate::sweep::interval::{Section, Touch};
 
 /// Which side of the object a ray touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,11 +6,11 @@
 
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 
-use crate::chains::{Chains, Strand, Walker};
-use crate::connect::{Connector, Slack};
-use crate::cover::Cover;
-use crate::follow::do_cross;
 use crate::loops::{DeepLoops, FlatLoops};
+use crate::sweep::coverage::Cover;
+use crate::sweep::follow::do_cross;
+use crate::sweep::loop_builder::{Connector, Slack};
+use crate::sweep::monotone_chain::{Chains, Strand, Walker};
 
 /// Parts with fewer vertices than this are visited row by row at once.
 const FEWEST_FOLLOWED: u32 = 12;

@@ -7,11 +7,11 @@ use std::cmp::Reverse;
 
 use glam::{DMat3, DVec3};
 
-use crate::chains::Chains;
 use crate::epipolar::{EpipolarFrame, MIN_FORWARD_COSINE, object_from_image, project};
 use crate::loops::DeepLoops;
-use crate::rows::{Rows, RowsScratch};
-use crate::within::{PairRows, PairScratch, PairSource, Room};
+use crate::rule::tangent_arc::prepare::{Rows, RowsScratch};
+use crate::rule::visual_hull::{PairRows, PairScratch, PairSource, Room};
+use crate::sweep::monotone_chain::Chains;
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// Turns of a contour by less height than this are levelled: a third of a pixel of a 512² capture, less than contours are

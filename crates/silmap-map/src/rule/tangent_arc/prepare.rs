@@ -7,11 +7,11 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::chains::{Chains, Strand, Walker, first_range, next_range};
-use crate::connect::Connector;
-use crate::cover::Cover;
-use crate::side::{Section, Touch};
-use crate::tight::{self, Homes, Linked, Origin, Rim, Rule};
+use crate::rule::tangent_arc::rule::{self as tight, Homes, Linked, Origin, Rim, Rule};
+use crate::sweep::coverage::Cover;
+use crate::sweep::interval::{Section, Touch};
+use crate::sweep::loop_builder::Connector;
+use crate::sweep::monotone_chain::{Chains, Strand, Walker, first_range, next_range};
 
 /// Parts with fewer vertices than this are linked slab by slab at once.
 const FEWEST_LINKED: u32 = 12;

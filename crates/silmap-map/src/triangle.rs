@@ -12,14 +12,14 @@ use silmap_geometry::Camera;
 
 use crate::SilhouetteMap;
 use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
-use crate::linear::{LinearScratch, Pairing};
+use crate::interpolation::{Interpolation, Method, Transfer};
 use crate::loops::{DeepLoops, FlatLoops};
-use crate::method::{Interpolation, Method, Transfer};
-use crate::polytope::Location;
-use crate::project::{Projection, Round, project_loops};
-use crate::rectified::{
+use crate::pair_cache::{
     EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
 };
+use crate::polytope::Location;
+use crate::project::{Projection, Round, project_loops};
+use crate::rule::{LinearScratch, Pairing};
 
 /// Interpolation within one triangle of views.
 #[derive(Clone, Debug, Default)]

@@ -8,13 +8,13 @@ use silmap_geometry::{Camera, Loop};
 use thiserror::Error;
 
 use crate::SilhouetteMap;
-use crate::interpolate::TriangleInterpolator;
-use crate::intersect::{IntersectScratch, is_speck};
+use crate::interpolation::{Interpolation, Method, Transfer};
 use crate::loops::FlatLoops;
-use crate::method::{Interpolation, Method, Transfer};
+use crate::off_polytope::sectors::{Sectors, Views};
 use crate::polytope::{Location, Polytope, PolytopeError};
-use crate::sectors::{Sectors, Views};
+use crate::sweep::intersection::{IntersectScratch, is_speck};
 use crate::tidy::{CrumbScratch, PieceCounts};
+use crate::triangle::TriangleInterpolator;
 
 /// Why there is no outline.
 #[derive(Clone, Debug, Error, PartialEq)]

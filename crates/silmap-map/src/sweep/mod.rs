@@ -1,0 +1,8 @@
+//! Sweeping horizontal lines down silhouettes that were cut into y-monotone chains.
+
+pub(crate) mod coverage;
+pub(crate) mod follow;
+pub(crate) mod intersection;
+pub(crate) mod interval;
+pub(crate) mod loop_builder;
+pub(crate) mod monotone_chain;
