@@ -14,7 +14,7 @@ use silmap_preprocess::capture::cpu;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_runtime::{
-    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, ClipShape, FrameParams, Mode, Renderer, RendererOptions,
 };
 use silmap_tests::{device, scene, tolerance};
 
@@ -190,10 +190,8 @@ fn pictures_are_the_golden_ones() {
         } else {
             &outline
         };
-        let layers = [loops.clone()];
         let shape = ClipShape {
-            rule: FillRule::NonZero,
-            layers: &layers,
+            loops,
             outline: loops,
             ..ClipShape::EMPTY
         };

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
-    Asset, CapturedView, Method, Placement, Scratch, SilhouetteMap, ViewContour, asset, outline,
+    Asset, CapturedView, MapReader, Method, Placement, SilhouetteMap, ViewContour, asset, outline,
 };
 use silmap_preprocess::capture::{Backend, CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
@@ -115,7 +115,7 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
 
 /// Outlines as masks.
 fn outlines(map: &SilhouetteMap, cameras: &[Camera], method: Method) -> Vec<Mask> {
-    let mut scratch = Scratch::new(map).unwrap();
+    let mut scratch = MapReader::new(map).unwrap();
     let drawn = cameras.iter().map(|camera| {
         let found = outline(map, camera, method, &mut scratch).unwrap();
         let mut mask = Mask::new(SIDE_PX, SIDE_PX);

@@ -15,7 +15,9 @@ use silmap_geometry::polygon::Loop;
 use silmap_geometry::{Camera, ClosedMesh};
 use thiserror::Error;
 
-use crate::{Advance, EdgeMesh, Extractor, Method, OutlineError, Outliner, Viewpoint, Watch};
+use crate::{
+    Advance, EdgeMesh, ExtractionMethod, Extractor, OutlineError, Outliner, Viewpoint, Watch,
+};
 
 mod rim;
 mod solve;
@@ -124,7 +126,7 @@ pub fn refine_pose(
     let edge_mesh = EdgeMesh::from(mesh);
     let bounds = mesh.bounds();
     let mut fit = Fit {
-        extractor: Extractor::new(&edge_mesh, Method::BruteParallel),
+        extractor: Extractor::new(&edge_mesh, ExtractionMethod::BruteParallel),
         outliner: Outliner::new(edge_mesh.positions()),
         mesh: &edge_mesh,
         target,

@@ -15,7 +15,7 @@ use crate::{DirectedEdge, Stopped, Viewpoint, Watch, edge_list};
 
 /// How silhouette edges are found. All methods find the same ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Method {
+pub enum ExtractionMethod {
     /// Every face, then every edge, on one core.
     Brute,
     /// The same on several faces at a time and on all cores.
@@ -36,7 +36,7 @@ pub enum Method {
     DualBar,
 }
 
-impl Method {
+impl ExtractionMethod {
     /// Every method.
     pub const ALL: &[Self] = &[
         Self::Brute,
@@ -67,7 +67,7 @@ impl Method {
     }
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for ExtractionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -119,7 +119,7 @@ impl From<MovingSilhouette> for MethodData {
 impl<'m> Extractor<'m> {
     /// Precomputes what `method` needs.
     #[must_use]
-    pub fn new(mesh: &'m EdgeMesh, method: Method) -> Self {
+    pub fn new(mesh: &'m EdgeMesh, method: ExtractionMethod) -> Self {
         let made = Self::watched(mesh, method, &mut unwatched);
         made.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
     }
@@ -130,27 +130,27 @@ impl<'m> Extractor<'m> {
     /// When `watch` ends the work.
     pub fn watched(
         mesh: &'m EdgeMesh,
-        method: Method,
+        method: ExtractionMethod,
         watch: &mut Watch<'_>,
     ) -> Result<Self, Stopped> {
         let data = match method {
-            Method::Brute => MethodData::Brute(Brute::default()),
-            Method::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),
-            Method::List => MethodData::List,
-            Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
-            Method::Table => MethodData::Table(EdgeTable::new(mesh)),
-            Method::Cones => {
+            ExtractionMethod::Brute => MethodData::Brute(Brute::default()),
+            ExtractionMethod::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),
+            ExtractionMethod::List => MethodData::List,
+            ExtractionMethod::Hash => MethodData::Hash(EdgeHash::new(mesh)),
+            ExtractionMethod::Table => MethodData::Table(EdgeTable::new(mesh)),
+            ExtractionMethod::Cones => {
                 let forest = ConeForest::watched(mesh, watch)?;
                 return Ok(Self::with_forest(mesh, &forest));
             }
-            Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
-            Method::Dual => MovingSilhouette::new(mesh, Division::Octree).into(),
-            Method::DualBar => MovingSilhouette::new(mesh, Division::Bar).into(),
+            ExtractionMethod::Jc => MethodData::Jc(region_hierarchy(mesh)),
+            ExtractionMethod::Dual => MovingSilhouette::new(mesh, Division::Octree).into(),
+            ExtractionMethod::DualBar => MovingSilhouette::new(mesh, Division::Bar).into(),
         };
         Ok(Self { mesh, data })
     }
 
-    /// Finds edges by [`Method::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found
+    /// Finds edges by [`ExtractionMethod::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found
     /// means nothing.
     ///
     /// # Panics

@@ -6,6 +6,8 @@
 pub mod asset;
 pub mod epipolar;
 mod interpolation;
+mod levels;
+mod locate;
 mod loops;
 mod off_polytope;
 mod pair_cache;
@@ -14,8 +16,6 @@ mod project;
 mod reader;
 mod rule;
 pub mod silhouette_map;
-#[doc(hidden)]
-pub mod stages;
 mod sweep;
 mod tidy;
 mod triangle;
@@ -24,10 +24,17 @@ pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
     EncodedImage, Placement, TextureSet, TextureView,
 };
-pub use interpolation::{DETAIL_BOUND_PX, Detail, Interpolation, Method, Transfer};
-pub use loops::{FlatLoops, Loops};
+pub use interpolation::{InterpolateError, Interpolation, Transfer};
+pub use levels::{DETAIL_BOUND_PX, Detail};
+pub use locate::Location;
+pub use loops::{DeepLoops, FlatLoops, Loops};
+pub use pair_cache::RectifiedPair;
 
-pub use polytope::{Location, Polytope, PolytopeError};
-pub use reader::{InterpolateError, Outline, Scratch, outline};
+pub use polytope::{Polytope, PolytopeError};
+pub use reader::{MapReader, Outline, outline};
+pub use rule::PairInterpolator;
+pub use rule::method::Method;
+pub use rule::prepared_pair::PreparedPair;
 pub use silhouette_map::{BoundingSphere, CapturedView, SilhouetteMap, ViewContour};
+pub use sweep::intersection::RegionIntersection;
 pub use triangle::TriangleInterpolator;

@@ -1,55 +1,18 @@
-//! The outline for any eye: a map made ready for reading, and reading it.
+//! The map reader: the outline of a model for any eye.
 //!
 //! Source: Silhouette Mapping, section 5: find the triangle that faces the eye, interpolate between its views, map to the eye.
-//! Deviation: off the polytope [`Method::Tight`] and [`Method::Hull`] do so for each sector of the picture; what comes out is tidied.
+//! Deviation: off the polytope methods `tight` and `hull` do so for each sector of the picture; what comes out is tidied.
 
-use silmap_geometry::camera::in_short;
-use silmap_geometry::{Camera, Loop};
-use thiserror::Error;
+use silmap_geometry::{Camera, CameraError, Loop};
 
 use crate::SilhouetteMap;
-use crate::interpolation::{Interpolation, Method, Transfer};
+use crate::interpolation::{InterpolateError, Interpolation, Transfer};
+use crate::locate::Location;
 use crate::loops::FlatLoops;
-use crate::off_polytope::sectors::{Sectors, Views};
-use crate::polytope::{Location, Polytope, PolytopeError};
-use crate::sweep::intersection::{IntersectScratch, is_speck};
-use crate::tidy::{CrumbScratch, PieceCounts};
+use crate::off_polytope::sectors::{SectorRequest, Sectors, Views};
+use crate::polytope::{Polytope, PolytopeError};
+use crate::tidy::{CrumbScratch, PieceCounts, is_speck};
 use crate::triangle::TriangleInterpolator;
-
-/// Why there is no outline.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum InterpolateError {
-    /// The eye lies in the model's bounding sphere.
-    #[error(
-        "the eye is {} from the center, inside the bounding sphere of radius {}: move it farther out",
-        in_short(*.distance),
-        in_short(*.radius)
-    )]
-    EyeInsideBounds {
-        /// Distance from the eye to the center, model units.
-        distance: f64,
-        /// Radius of the bounding sphere, model units.
-        radius: f64,
-    },
-    /// The map's triangles are not a star-shaped polytope.
-    #[error(transparent)]
-    Polytope(#[from] PolytopeError),
-    /// The method needs depths, and the map has none.
-    #[error("the silhouettes have no depths, which method {} needs: use hull or paper", .method.name())]
-    NoDepths {
-        /// The method asked for.
-        method: Method,
-    },
-    /// Two views are too far apart to be rectified.
-    #[error("views {one} and {two} of the silhouette map are too far apart to interpolate between")]
-    ViewsTooFarApart {
-        /// One view.
-        one: u32,
-        /// The other.
-        two: u32,
-    },
-}
 
 /// The outline of the model from one eye.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,8 +23,6 @@ pub struct Outline {
     pub barycentric: [f64; 3],
     /// The level of detail of the contours it was interpolated from.
     pub level: u8,
-    /// Regions in pixels of the camera, all of which cover what is inside: three for [`Method::Hull`] on the polytope, else one. The loops of a region are simple, do not overlap, and have positive area outside and negative area for holes.
-    pub layers: Vec<Vec<Loop>>,
     simple: Vec<Loop>,
 }
 
@@ -75,23 +36,19 @@ impl Outline {
 
 /// A map prepared for reading, with every buffer that reading needs.
 #[derive(Clone, Debug)]
-pub struct Scratch {
+pub struct MapReader {
     polytope: Polytope,
     has_depth: bool,
     last_triangle: u32,
     triangle: TriangleInterpolator,
-    intersect: IntersectScratch,
     /// Of each view.
     pieces: Vec<PieceCounts>,
     crumbs: CrumbScratch,
     sectors: Sectors,
-    /// What all sectors outline, before it is tidied.
-    region: FlatLoops,
-    is_by_sectors: bool,
     simple: FlatLoops,
 }
 
-impl Scratch {
+impl MapReader {
     /// Prepares `map`.
     ///
     /// # Errors
@@ -102,17 +59,14 @@ impl Scratch {
             has_depth: map.has_depth(),
             last_triangle: 0,
             triangle: TriangleInterpolator::default(),
-            intersect: IntersectScratch::default(),
             pieces: map.views.iter().map(PieceCounts::of_view).collect(),
             crumbs: CrumbScratch::default(),
             sectors: Sectors::new(map),
-            region: FlatLoops::default(),
-            is_by_sectors: false,
             simple: FlatLoops::default(),
         })
     }
 
-    /// Interpolates the outline and leaves it in [`Scratch::simple_loops`]; says where the eye was located. As [`outline`], but
+    /// Interpolates the outline and leaves it in [`MapReader::simple_loops`]; says where the eye was located. As [`outline`], but
     /// nothing is copied out.
     ///
     /// # Errors
@@ -131,50 +85,42 @@ impl Scratch {
             .polytope
             .locate(camera.eye, self.last_triangle)
             .filter(|_| distance > map.radius)
-            .ok_or(InterpolateError::EyeInsideBounds {
+            .ok_or(CameraError::EyeInsideBounds {
                 distance,
                 radius: map.radius,
             })?;
         self.last_triangle = location.triangle;
-        self.is_by_sectors = false;
-        if how.method != Method::Paper && how.transfer == Transfer::Depths {
-            let views = Views {
-                map,
-                polytope: &self.polytope,
-                pieces: &self.pieces,
-            };
-            let seen = (&location, camera);
-            let most = (self.sectors).interpolate(
+        let views = Views {
+            map,
+            polytope: &self.polytope,
+            pieces: &self.pieces,
+        };
+        let off_polytope = match how.transfer {
+            Transfer::Depths => self.sectors.interpolate(
                 &views,
                 &mut self.triangle,
-                seen,
-                how,
-                &mut self.region,
-            )?;
-            if let Some(most) = most {
-                self.is_by_sectors = true;
-                let crumbs = (how.method == Method::Tight).then_some((&mut self.crumbs, most));
-                tidy(&self.region, crumbs, &mut self.simple);
-                return Ok(location);
+                &SectorRequest {
+                    location: &location,
+                    camera,
+                    how,
+                },
+            )?,
+            Transfer::Homography => None,
+        };
+        let (region, most) = match off_polytope {
+            Some(seen) => seen,
+            None => {
+                let ids = map.triangles[location.triangle as usize];
+                let pieces = ids.map(|v| self.pieces[v as usize]);
+                let most = pieces.into_iter().fold(pieces[0], PieceCounts::max);
+                let region = self.triangle.interpolate(map, &location, camera, how)?;
+                (region, most)
             }
-        }
-        let ids = map.triangles[location.triangle as usize];
-        let layers = self
-            .triangle
-            .interpolate(map, ids, &location, camera, how)
-            .map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
-                one: ids[i],
-                two: ids[j],
-            })?;
-        match layers {
-            [a, b, c] => self.intersect.intersect([a, b, c], &mut self.simple),
-            [] => self.simple.clear(),
-            [region, ..] => {
-                let views = ids.map(|v| self.pieces[v as usize]);
-                let most = views.into_iter().fold(views[0], PieceCounts::max);
-                let crumbs = (how.method == Method::Tight).then_some((&mut self.crumbs, most));
-                tidy(region, crumbs, &mut self.simple);
-            }
+        };
+        if how.method.is_tidied() {
+            (self.crumbs).leave_out_crumbs(region, most, is_speck, &mut self.simple);
+        } else {
+            (self.simple).assign(region.iter().filter(|l| !is_speck(l)));
         }
         Ok(location)
     }
@@ -188,7 +134,7 @@ impl Scratch {
 
 /// The outline of the model that `map` describes, in pixels of `camera`.
 ///
-/// `scratch` was made from the same map; it remembers the last triangle, so that a moving eye is located by walking.
+/// `reader` was made from the same map; it remembers the last triangle, so that a moving eye is located by walking.
 ///
 /// # Errors
 /// When the eye lies in the model's bounding sphere, the method needs depths that the map has not, or the map is broken.
@@ -196,33 +142,14 @@ pub fn outline(
     map: &SilhouetteMap,
     camera: &Camera,
     how: impl Into<Interpolation>,
-    scratch: &mut Scratch,
+    reader: &mut MapReader,
 ) -> Result<Outline, InterpolateError> {
     let how = how.into();
-    let location = scratch.interpolate(map, camera, how)?;
-    let layers = if scratch.is_by_sectors {
-        std::slice::from_ref(&scratch.region)
-    } else {
-        scratch.triangle.layers(how.method)
-    };
+    let location = reader.interpolate(map, camera, how)?;
     Ok(Outline {
         triangle: location.triangle,
         barycentric: location.barycentric,
         level: how.detail.level(map, camera),
-        layers: layers.iter().map(FlatLoops::to_loops).collect(),
-        simple: scratch.simple.to_loops(),
+        simple: reader.simple.to_loops(),
     })
-}
-
-/// Copies what is something of a region to `simple`; with `crumbs` without those either that no view shows, each having at most so
-/// many pieces.
-fn tidy(
-    region: &FlatLoops,
-    crumbs: Option<(&mut CrumbScratch, PieceCounts)>,
-    simple: &mut FlatLoops,
-) {
-    match crumbs {
-        Some((scratch, most)) => scratch.leave_out_crumbs(region, most, is_speck, simple),
-        None => simple.assign(region.iter().filter(|l| !is_speck(l))),
-    }
 }

@@ -12,25 +12,30 @@ use silmap_geometry::Camera;
 
 use crate::SilhouetteMap;
 use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
-use crate::interpolation::{Interpolation, Method, Transfer};
+use crate::interpolation::{InterpolateError, Interpolation, Transfer};
+use crate::locate::Location;
 use crate::loops::{DeepLoops, FlatLoops};
 use crate::pair_cache::{
-    EdgeCache, RectifiedPair, Seen, TURN_TANGENT, assign_contours, object_from_epipolar,
+    PairCache, RectifiedPair, RectifyParams, TURN_TANGENT, ViewedSilhouette, assign_contours,
+    object_from_epipolar,
 };
-use crate::polytope::Location;
 use crate::project::{Projection, Round, project_loops};
-use crate::rule::{LinearScratch, Pairing};
+use crate::rule::PairInterpolator;
+use crate::rule::method::Method;
+use crate::sweep::intersection::RegionIntersection;
 
 /// Interpolation within one triangle of views.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleInterpolator {
-    edges: EdgeCache,
-    linear: LinearScratch,
+    edges: PairCache,
+    linear: PairInterpolator,
     inner_pair: RectifiedPair,
     captured: DeepLoops,
     on_edges: [DeepLoops; 2],
     inner: DeepLoops,
-    layers: [FlatLoops; 3],
+    regions: [FlatLoops; 3],
+    intersection: RegionIntersection,
+    shared: FlatLoops,
 }
 
 /// As [`TURN_TANGENT`], between two outlines that were interpolated already and have more small turns: most of a pixel of a 512² capture.
@@ -46,21 +51,58 @@ struct Between<'a> {
     ids: [u32; 3],
     weights: [f64; 3],
     level: u8,
+    method: Method,
 }
 
 impl Between<'_> {
     fn eye(&self, corner: usize) -> DVec3 {
         self.map.eye(self.ids[corner])
     }
+
+    fn rectify_params(&self, turn_tangent: f64) -> RectifyParams {
+        RectifyParams {
+            center: self.map.center,
+            radius: Some(self.map.radius),
+            turn_tangent,
+        }
+    }
 }
 
 impl TriangleInterpolator {
-    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: the regions which all cover what is
-    /// inside. One interpolator serves one map: it keeps what it has prepared of it.
+    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: simple loops that do not overlap where
+    /// it is the intersection of several regions, else one region. One interpolator serves one map: it keeps what it has prepared
+    /// of it.
+    ///
+    /// # Errors
+    /// The two views that cannot be rectified with each other.
+    pub(crate) fn interpolate(
+        &mut self,
+        map: &SilhouetteMap,
+        location: &Location,
+        camera: &Camera,
+        how: Interpolation,
+    ) -> Result<&FlatLoops, InterpolateError> {
+        let ids = map.triangles[location.triangle as usize];
+        let regions = self.interpolate_regions(map, ids, location, camera, how);
+        let count = regions.map(<[_]>::len);
+        let count = count.map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
+            one: ids[i],
+            two: ids[j],
+        })?;
+        if count == 1 {
+            return Ok(&self.regions[0]);
+        }
+        self.intersection
+            .intersect(self.regions.each_ref(), &mut self.shared);
+        Ok(&self.shared)
+    }
+
+    /// As an outline is interpolated between the views `ids` of `map`, but each order of the views gives its own region: all cover
+    /// what is inside. There are three for [`Method::Hull`], else one.
     ///
     /// # Errors
     /// The two corners that cannot be rectified with each other.
-    pub fn interpolate(
+    pub fn interpolate_regions(
         &mut self,
         map: &SilhouetteMap,
         ids: [u32; 3],
@@ -73,86 +115,63 @@ impl TriangleInterpolator {
             ids,
             weights: location.barycentric,
             level: how.detail.level(map, camera),
+            method: how.method,
         };
         let views = ids.map(|v| &map.views[v as usize]);
         let has_depth = views.iter().all(|v| v.has_depth());
         let to_camera = projection(&between, location, camera, has_depth, how.transfer);
-        let n_layers = n_layers(how.method);
+        let count = how.method.region_count();
         if let Some(k) = (location.barycentric.iter()).position(|&w| w >= AT_VIEW) {
-            assign_contours(
-                &mut self.captured,
-                views[k],
-                map.bounding_sphere(),
-                between.level,
-            );
+            let sphere = map.bounding_sphere();
+            assign_contours(&mut self.captured, views[k], sphere, between.level);
             let to_camera = to_camera.after(object_from_image(&views[k].camera));
-            for layer in &mut self.layers[..n_layers] {
-                project_loops(&self.captured, &to_camera, layer);
+            for region in &mut self.regions[..count] {
+                project_loops(&self.captured, &to_camera, region);
             }
-            return Ok(&self.layers[..n_layers]);
+            return Ok(&self.regions[..count]);
         }
-        match how.method {
-            Method::Paper => {
-                let last = opposite_to_nearest_edge(&between);
-                let object_from_loops = self.two_steps(&between, last, Pairing::Cliques)?;
-                let to_camera = to_camera.after_frame(object_from_loops);
-                project_loops(&self.inner, &to_camera, &mut self.layers[0]);
-            }
-            Method::Tight => {
-                let object_from_loops = self.along_longest_edge(&between, Pairing::Tight)?;
-                let to_camera = to_camera.after_frame(object_from_loops);
-                project_loops(&self.inner, &to_camera, &mut self.layers[0]);
-            }
-            Method::Hull => {
-                let radius = Some(map.radius);
-                for last in 0..3 {
-                    let object_from_loops =
-                        self.two_steps(&between, last, Pairing::Within { radius })?;
-                    let to_camera = to_camera.after_frame(object_from_loops);
-                    project_loops(&self.inner, &to_camera, &mut self.layers[last]);
-                }
-            }
+        for k in 0..count {
+            let object_from_loops = match how.method {
+                Method::Paper => self.two_steps(&between, opposite_to_nearest_edge(&between))?,
+                Method::Hull => self.two_steps(&between, k)?,
+                Method::Tight => self.along_longest_edge(&between)?,
+            };
+            let to_camera = to_camera.after_frame(object_from_loops);
+            project_loops(&self.inner, &to_camera, &mut self.regions[k]);
         }
-        Ok(&self.layers[..n_layers])
-    }
-
-    /// The regions that were interpolated last.
-    pub(crate) fn layers(&self, method: Method) -> &[FlatLoops] {
-        &self.layers[..n_layers(method)]
+        Ok(&self.regions[..count])
     }
 
     /// Interpolates along the edge opposite to corner `last`, then towards that corner (`triSillInterp`). The result is in
     /// `self.inner`; returns the matrix from its coordinates to rays.
-    fn two_steps(
-        &mut self,
-        between: &Between<'_>,
-        last: usize,
-        pairing: Pairing,
-    ) -> Result<DMat3, (usize, usize)> {
+    fn two_steps(&mut self, between: &Between<'_>, last: usize) -> Result<DMat3, (usize, usize)> {
         let (i, j) = ((last + 1) % 3, (last + 2) % 3);
         let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
-        let edge_frame = self.on_edge(0, between, (i, j), alpha, pairing)?;
+        let edge_frame = self.on_edge(0, between, (i, j), alpha)?;
         let view = &between.map.views[between.ids[last] as usize];
         let sphere = between.map.bounding_sphere();
         assign_contours(&mut self.captured, view, sphere, between.level);
-        let on_edge = Seen {
+        let on_edge = ViewedSilhouette {
             eye: between.eye(i).lerp(between.eye(j), alpha),
             loops: &self.on_edges[0],
             object_from_loops: object_from_epipolar(&edge_frame),
         };
-        let captured = Seen {
+        let captured = ViewedSilhouette {
             eye: view.camera.eye,
             loops: &self.captured,
             object_from_loops: object_from_image(&view.camera),
         };
-        let center = between.map.center;
         let frame = (self.inner_pair)
-            .assign((on_edge, captured), center, TURN_TANGENT)
+            .assign([on_edge, captured], &between.rectify_params(TURN_TANGENT))
             .ok_or((i, last))?;
         let towards = between.weights[last];
-        self.linear
-            .interpolate(&mut self.inner_pair, towards, pairing, &mut self.inner);
+        self.linear.interpolate(
+            &mut self.inner_pair.silhouettes,
+            towards,
+            between.method,
+            &mut self.inner,
+        );
         Ok(object_from_epipolar(&frame))
     }
 
@@ -162,32 +181,31 @@ impl TriangleInterpolator {
     /// Source: beyond the paper; the side-to-side scheme of Barnhill, Birkhoff and Gordon, Smooth Interpolation in Triangles, 1973,
     /// with silhouettes in the place of numbers. Deviation: one direction per triangle, not the mean of all three: it is continuous
     /// within the triangle, and on each edge it is what that edge's own two views give, so that neighbours agree.
-    fn along_longest_edge(
-        &mut self,
-        between: &Between<'_>,
-        pairing: Pairing,
-    ) -> Result<DMat3, (usize, usize)> {
+    fn along_longest_edge(&mut self, between: &Between<'_>) -> Result<DMat3, (usize, usize)> {
         let length = |k: usize| between.eye((k + 1) % 3).distance(between.eye((k + 2) % 3));
         let apex = (0..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
         let (i, j) = ((apex + 1) % 3, (apex + 2) % 3);
         let towards = between.weights[apex];
         let frames = [
-            self.on_edge(0, between, (i, apex), towards, pairing)?,
-            self.on_edge(1, between, (j, apex), towards, pairing)?,
+            self.on_edge(0, between, (i, apex), towards)?,
+            self.on_edge(1, between, (j, apex), towards)?,
         ];
-        let [one, two] = [(i, 0), (j, 1)].map(|(k, n)| Seen {
+        let [one, two] = [(i, 0), (j, 1)].map(|(k, n)| ViewedSilhouette {
             eye: between.eye(k).lerp(between.eye(apex), towards),
             loops: &self.on_edges[n],
             object_from_loops: object_from_epipolar(&frames[n]),
         });
-        let center = between.map.center;
         let frame = (self.inner_pair)
-            .assign((one, two), center, TURN_TANGENT_INNER)
+            .assign([one, two], &between.rectify_params(TURN_TANGENT_INNER))
             .ok_or((i, j))?;
         let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
-        self.linear
-            .interpolate(&mut self.inner_pair, alpha, pairing, &mut self.inner);
+        self.linear.interpolate(
+            &mut self.inner_pair.silhouettes,
+            alpha,
+            between.method,
+            &mut self.inner,
+        );
         Ok(object_from_epipolar(&frame))
     }
 
@@ -199,7 +217,6 @@ impl TriangleInterpolator {
         between: &Between<'_>,
         (from, to): (usize, usize),
         alpha: f64,
-        pairing: Pairing,
     ) -> Result<EpipolarFrame, (usize, usize)> {
         let (a, b) = (between.ids[from], between.ids[to]);
         let (views, alpha) = if a < b {
@@ -209,8 +226,12 @@ impl TriangleInterpolator {
         };
         let pair = (self.edges.pair(between.map, views, between.level)).ok_or((from, to))?;
         let frame = *pair.frame().ok_or((from, to))?;
-        self.linear
-            .interpolate(pair, alpha, pairing, &mut self.on_edges[n]);
+        self.linear.interpolate(
+            &mut pair.silhouettes,
+            alpha,
+            between.method,
+            &mut self.on_edges[n],
+        );
         Ok(frame)
     }
 }
@@ -245,11 +266,6 @@ fn projection(
         shift: DVec3::ZERO,
         round: None,
     }
-}
-
-/// How many regions a method interpolates.
-fn n_layers(method: Method) -> usize {
-    if method == Method::Hull { 3 } else { 1 }
 }
 
 /// The corner opposite to the edge nearest to the eye.

@@ -1,7 +1,7 @@
-//! One outline of several: of each what lies in its own wedge of the picture.
+//! One outline of several: of each what lies in its own sector of the picture.
 //!
-//! Half-lines from an apex part the plane into wedges, each with an outline of its own, which is cut where it crosses the two
-//! half-lines of its wedge. Along a half-line exactly one of the outlines on its two sides is inside on every other stretch between
+//! Half-lines from an apex part the plane into sectors, each with an outline of its own, which is cut where it crosses the two
+//! half-lines of its sector. Along a half-line exactly one of the outlines on its two sides is inside on every other stretch between
 //! cuts, and there the half-line itself is boundary: cuts are joined two by two in the order of their distance from the apex. An odd
 //! number of them begins with one at the apex, where an even number of half-lines has such. What comes out is closed by construction.
 //!
@@ -13,11 +13,11 @@ use crate::loops::{DeepLoops, FlatLoops};
 
 /// Buffers for cutting and joining.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct WedgeJoin {
+pub(crate) struct SectorMerge {
     apex: DVec2,
-    /// Directions, in the order of their angles; wedge k lies between half-lines k and k + 1.
+    /// Directions, in the order of their angles; sector k lies between half-lines k and k + 1.
     half_lines: Vec<DVec2>,
-    /// Outlines within their wedges: points of one stretch after the other, and where each ends.
+    /// Outlines within their sectors: points of one stretch after the other, and where each ends.
     points: Vec<DVec2>,
     ends: Vec<u32>,
     /// Of each stretch, whether it is a loop that no half-line cuts; later also whether it was joined to others.
@@ -45,7 +45,7 @@ struct Joint {
     by_apex: bool,
 }
 
-/// A point, and how far it is inside of a wedge's two half-lines.
+/// A point, and how far it is inside of a sector's two half-lines.
 #[derive(Clone, Copy, Debug)]
 struct Sided {
     point: DVec2,
@@ -57,7 +57,7 @@ impl Sided {
         self.is_inside(0) && self.is_inside(1)
     }
 
-    /// A half-line belongs to the wedge that it begins.
+    /// A half-line belongs to the sector that it begins.
     fn is_inside(&self, half_line: usize) -> bool {
         self.sides[half_line] > 0.0 || (half_line == 0 && self.sides[0] == 0.0)
     }
@@ -69,8 +69,8 @@ impl Sided {
     }
 }
 
-impl WedgeJoin {
-    /// Begins anew, with `count` wedges of the same angle, three or more.
+impl SectorMerge {
+    /// Begins anew, with `count` sectors of the same angle, three or more.
     pub(crate) fn start(&mut self, apex: DVec2, count: usize) {
         self.apex = apex;
         self.half_lines.clear();
@@ -82,7 +82,7 @@ impl WedgeJoin {
         self.cuts.clear();
     }
 
-    /// Keeps of the loops of an outline what lies in wedge `k`.
+    /// Keeps of the loops of an outline what lies in sector `k`.
     pub(crate) fn add(&mut self, k: usize, outline: &FlatLoops) {
         let half_lines = [k, (k + 1) % self.half_lines.len()];
         for points in outline.iter() {
@@ -264,7 +264,7 @@ mod tests {
     }
 
     fn joined(outlines: &[FlatLoops]) -> FlatLoops {
-        let mut join = WedgeJoin::default();
+        let mut join = SectorMerge::default();
         join.start(APEX, outlines.len());
         for (k, outline) in outlines.iter().enumerate() {
             join.add(k, outline);
@@ -292,7 +292,7 @@ mod tests {
         is_inside
     }
 
-    fn wedge_of(p: DVec2, count: usize) -> usize {
+    fn sector_of(p: DVec2, count: usize) -> usize {
         let turns = ((p - APEX).to_angle() / std::f64::consts::TAU).rem_euclid(1.0);
         (turns * count as f64) as usize % count
     }
@@ -303,12 +303,12 @@ mod tests {
     }
 
     proptest! {
-        /// Each wedge shows its own outline.
+        /// Each sector shows its own outline.
         #[test]
         fn every_wedge_shows_its_own(outlines in prop::collection::vec(outline(), 3..9)) {
             let joined = joined(&outlines);
             for p in probes() {
-                let own = &outlines[wedge_of(p, outlines.len())];
+                let own = &outlines[sector_of(p, outlines.len())];
                 prop_assert_eq!(is_inside(&joined, p), is_inside(own, p), "at {}", p);
             }
         }

@@ -12,21 +12,16 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use silmap_geometry::Camera;
 
 use crate::epipolar::{image_from_object, object_from_image};
-use crate::interpolation::{Detail, Interpolation, Method};
+use crate::interpolation::{InterpolateError, Interpolation};
+use crate::levels::Detail;
+use crate::locate::Location;
 use crate::loops::{DeepLoops, FlatLoops};
-use crate::off_polytope::merge::{WedgeJoin, half_line};
-use crate::polytope::{Location, Polytope};
+use crate::off_polytope::merge::{SectorMerge, half_line};
+use crate::polytope::Polytope;
 use crate::project::{Projection, project_loops};
-use crate::reader::InterpolateError;
-use crate::sweep::intersection::IntersectScratch;
 use crate::tidy::PieceCounts;
 use crate::triangle::TriangleInterpolator;
 use crate::{CapturedView, SilhouetteMap};
-
-/// How many sectors there are. By `hull` each takes longer, and less is lost by wide ones.
-fn sector_count(method: Method) -> usize {
-    if method == Method::Hull { 4 } else { 6 }
-}
 
 /// Distances of the eye, over that of the polytope, between which nothing is divided; and those from which on sectors are
 /// looked at from where their rays cross. In between it is from somewhere between there and the facing point, so that outlines
@@ -42,12 +37,12 @@ const CROSSING_STEPS: usize = 3;
 
 /// Where a view's contour generator lies: moments of its points about the center, weighted by length.
 #[derive(Clone, Copy, Debug)]
-struct Rim {
+struct RimMoments {
     mean: DVec3,
     square: DMat3,
 }
 
-impl Rim {
+impl RimMoments {
     const NONE: Self = Self {
         mean: DVec3::ZERO,
         square: DMat3::ZERO,
@@ -121,12 +116,10 @@ fn outer(v: DVec3) -> DMat3 {
 /// What is known of the views, and buffers.
 #[derive(Clone, Debug)]
 pub(crate) struct Sectors {
-    rims: Vec<Rim>,
-    intersect: IntersectScratch,
-    /// What the three orders of [`Method::Hull`] share.
-    shared: FlatLoops,
-    join: WedgeJoin,
+    rims: Vec<RimMoments>,
+    join: SectorMerge,
     joined: DeepLoops,
+    region: FlatLoops,
 }
 
 /// What sectors are interpolated from.
@@ -136,15 +129,23 @@ pub(crate) struct Views<'a> {
     pub(crate) pieces: &'a [PieceCounts],
 }
 
+/// An outline that is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SectorRequest<'a> {
+    /// Where the eye faces the polytope.
+    pub(crate) location: &'a Location,
+    pub(crate) camera: &'a Camera,
+    pub(crate) how: Interpolation,
+}
+
 impl Sectors {
     pub(crate) fn new(map: &SilhouetteMap) -> Self {
-        let rims = map.views.iter().map(|v| Rim::of_view(v, map.center));
+        let rims = map.views.iter().map(|v| RimMoments::of_view(v, map.center));
         Self {
             rims: rims.collect(),
-            intersect: IntersectScratch::default(),
-            shared: FlatLoops::default(),
-            join: WedgeJoin::default(),
+            join: SectorMerge::default(),
             joined: DeepLoops::default(),
+            region: FlatLoops::default(),
         }
     }
 
@@ -154,15 +155,21 @@ impl Sectors {
         &mut self,
         views: &Views<'_>,
         triangle: &mut TriangleInterpolator,
-        (location, camera): (&Location, &Camera),
-        how: Interpolation,
-        region: &mut FlatLoops,
-    ) -> Result<Option<PieceCounts>, InterpolateError> {
+        request: &SectorRequest<'_>,
+    ) -> Result<Option<(&FlatLoops, PieceCounts)>, InterpolateError> {
+        let &SectorRequest {
+            location,
+            camera,
+            how,
+        } = request;
         let map = views.map;
         let eye = camera.eye;
         let distance = eye.distance(map.center);
         let share = share_off_polytope(distance / location.point.distance(map.center));
         let Some(upright) = facing_center(camera, map).filter(|_| share > 0.0) else {
+            return Ok(None);
+        };
+        let Some(count) = how.method.sector_count() else {
             return Ok(None);
         };
         let how = Interpolation {
@@ -171,7 +178,6 @@ impl Sectors {
         };
         let rim = self.rim_at(map, location);
         let middle = DVec2::splat(0.5 * f64::from(PICTURE_PX));
-        let count = sector_count(how.method);
         self.join.start(middle, count);
         let mut most = PieceCounts::default();
         let mut at = *location;
@@ -182,20 +188,9 @@ impl Sectors {
             let reach = (rim.reach(DVec2::new(d.x, -d.y), &upright)).min(map.radius);
             let ray = map.center + direction * (share * reach) - eye;
             at = crossing(views.polytope, map.center, (eye, ray), &at).unwrap_or(*location);
+            let seen = triangle.interpolate(map, &at, &upright, how)?;
+            self.join.add(k, seen);
             let ids = map.triangles[at.triangle as usize];
-            let layers = triangle
-                .interpolate(map, ids, &at, &upright, how)
-                .map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
-                    one: ids[i],
-                    two: ids[j],
-                })?;
-            match layers {
-                [a, b, c] => {
-                    self.intersect.intersect([a, b, c], &mut self.shared);
-                    self.join.add(k, &self.shared);
-                }
-                regions => regions.iter().for_each(|region| self.join.add(k, region)),
-            }
             most = (ids.into_iter()).fold(most, |most, v| most.max(views.pieces[v as usize]));
         }
         self.join.finish(&mut self.joined);
@@ -204,14 +199,14 @@ impl Sectors {
             shift: DVec3::ZERO,
             round: None,
         };
-        project_loops(&self.joined, &to_camera, region);
-        Ok(Some(most))
+        project_loops(&self.joined, &to_camera, &mut self.region);
+        Ok(Some((&self.region, most)))
     }
 
     /// The rim seen from a point of the polytope: between those of the triangle's views.
-    fn rim_at(&self, map: &SilhouetteMap, location: &Location) -> Rim {
+    fn rim_at(&self, map: &SilhouetteMap, location: &Location) -> RimMoments {
         let ids = map.triangles[location.triangle as usize];
-        let mut rim = Rim::NONE;
+        let mut rim = RimMoments::NONE;
         for (v, weight) in ids.into_iter().zip(location.barycentric) {
             rim.mean += self.rims[v as usize].mean * weight;
             rim.square += self.rims[v as usize].square * weight;
@@ -327,7 +322,7 @@ mod tests {
             camera,
             contours: vec![contour],
         };
-        let rim = Rim::of_view(&view, DVec3::ZERO);
+        let rim = RimMoments::of_view(&view, DVec3::ZERO);
         let reach = |d: DVec2| rim.reach(d, &view.camera);
         assert!((reach(DVec2::X) - 0.9).abs() < 2e-3);
         assert!((reach(-DVec2::X) - 0.5).abs() < 2e-3);
@@ -341,7 +336,7 @@ mod tests {
             Camera::fit_sphere(DVec3::Z * 3.0, DVec3::ZERO, 1.0, None, (512, 512)).unwrap();
         let (wide, high) = (0.2, 0.9);
         let square = DMat3::from_diagonal(DVec3::new(wide * wide, high * high, 0.3) * 0.5);
-        let rim = Rim {
+        let rim = RimMoments {
             mean: DVec3::ZERO,
             square,
         };

@@ -1,13 +1,17 @@
 use super::*;
 use crate::loops::FlatLoops;
-use crate::pair_cache::Seen;
+use crate::pair_cache::{RectifiedPair, RectifyParams, ViewedSilhouette};
 use glam::{DMat3, DVec2, DVec3, Vec4Swizzles};
 use proptest::prelude::*;
 use silmap_geometry::polygon::{edges, fill_even_odd, fill_non_zero, signed_area};
 use silmap_geometry::{Loop, Mask};
 
+/// A method, and the radius of the sphere that its pairs must meet in, if they must.
+type Pairing = (Method, Option<f64>);
+
 /// Every interval with every other.
-const ALL: Pairing = Pairing::Within { radius: None };
+const ALL: Pairing = (Method::Hull, None);
+const CLIQUES: Pairing = (Method::Paper, None);
 
 /// A star-shaped loop on an eighth-unit grid, so that heights coincide often; holes run the other way.
 fn star(radii: &[f64], center: DVec2, is_hole: bool) -> Loop {
@@ -82,7 +86,12 @@ fn union_at(one: &FlatLoops, two: &FlatLoops, alpha: f64, y: f64) -> Vec<(f64, f
 /// units become tangents by `SCALE`.
 const SCALE: f64 = 0.01;
 
-fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) -> FlatLoops {
+fn interpolated(
+    one: &FlatLoops,
+    two: &FlatLoops,
+    alpha: f64,
+    (method, radius): Pairing,
+) -> FlatLoops {
     let deep = [one, two].map(|loops| {
         let mut deep = DeepLoops::default();
         for points in loops.iter() {
@@ -96,21 +105,26 @@ fn interpolated(one: &FlatLoops, two: &FlatLoops, alpha: f64, pairing: Pairing) 
     let [one, two] = &deep;
     let object_from_loops = DMat3::from_cols(DVec3::X * SCALE, DVec3::NEG_Y * SCALE, DVec3::NEG_Z);
     let eyes = [DVec3::new(-0.5, 0.0, 3.0), DVec3::new(0.5, 0.0, 3.0)];
-    let seen = |eye, loops| Seen {
+    let seen = |eye, loops| ViewedSilhouette {
         eye,
         loops,
         object_from_loops,
     };
     let mut output = DeepLoops::default();
-    let mut scratch = LinearScratch {
+    let mut interpolator = PairInterpolator {
         keeps_all_vertices: true,
-        ..LinearScratch::default()
+        ..PairInterpolator::default()
     };
     let mut pair = RectifiedPair::default();
+    let params = RectifyParams {
+        center: DVec3::ZERO,
+        radius,
+        turn_tangent: 0.0,
+    };
     let frame = pair
-        .assign((seen(eyes[0], one), seen(eyes[1], two)), DVec3::ZERO, 0.0)
+        .assign([seen(eyes[0], one), seen(eyes[1], two)], &params)
         .unwrap();
-    scratch.interpolate(&mut pair, alpha, pairing, &mut output);
+    interpolator.interpolate(&mut pair.silhouettes, alpha, method, &mut output);
     assert!((frame.b - DVec3::X).length() < 1e-12 && (frame.u - DVec3::NEG_Y).length() < 1e-12);
     let mut flat = FlatLoops::default();
     for points in output.iter() {
@@ -153,7 +167,7 @@ proptest! {
     #[test]
     fn loops_are_oriented_and_do_not_overlap(
         one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64,
-        pairing in prop::sample::select(vec![ALL, Pairing::Cliques]),
+        pairing in prop::sample::select(vec![ALL, CLIQUES]),
     ) {
         let output = interpolated(&one, &two, alpha, pairing);
         // Bands four times as fine as a unit, so that counting pixels measures area.
@@ -192,7 +206,7 @@ proptest! {
     fn pairs_within_the_sphere_cover_the_visual_hull_there(
         one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64, radius in 0.3..2.0_f64,
     ) {
-        let output = interpolated(&one, &two, alpha, Pairing::Within { radius: Some(radius) });
+        let output = interpolated(&one, &two, alpha, (Method::Hull, Some(radius)));
         let all = interpolated(&one, &two, alpha, ALL);
         let holds = |span: &[(f64, f64)], x: f64, slack: f64| span.iter().any(|i| i.0 - slack <= x && x <= i.1 + slack);
         for row in (0..96).step_by(3) {
@@ -228,7 +242,7 @@ proptest! {
     #[test]
     fn cliques_lie_within_all_pairs(one in any_silhouette(), two in any_silhouette(), alpha in 0.0..=1.0_f64) {
         let (mut all, mut some) = (Mask::new(96, 96), Mask::new(96, 96));
-        for (pairing, mask) in [(ALL, &mut all), (Pairing::Cliques, &mut some)] {
+        for (pairing, mask) in [(ALL, &mut all), (CLIQUES, &mut some)] {
             let mut output = interpolated(&one, &two, alpha, pairing);
             // Vertices lie on eighths: beside them, no pixel centre lies on an edge that both have.
             output.transform(|p| p + DVec2::new(0.0137, 0.0171));
@@ -272,5 +286,5 @@ fn cliques_keep_matched_shapes_apart() {
         squares(&[(5.0, 0.0, 30.0), (45.0, 0.0, 30.0)]),
     );
     let count = |pairing| spans_at(&interpolated(&one, &two, 0.5, pairing), 15.037).len();
-    assert_eq!((count(Pairing::Cliques), count(ALL)), (2, 1));
+    assert_eq!((count(CLIQUES), count(ALL)), (2, 1));
 }

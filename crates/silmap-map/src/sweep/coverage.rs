@@ -7,7 +7,8 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::sweep::loop_builder::{Connector, is_straight};
+use crate::sweep::interval::insertion_sort;
+use crate::sweep::loop_builder::{LoopBuilder, is_straight};
 
 /// Ends that meet within this share of their place, and of 1, bound one and the same side, above and below.
 const MEETING: f64 = 1e-9;
@@ -15,7 +16,7 @@ const MEETING: f64 = 1e-9;
 /// A sweep down the rows of some intervals. Their ends are numbered: 2k enters interval k, and 2k + 1 leaves it; where it is left
 /// before it is entered, it covers nothing.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Cover {
+pub(crate) struct CoverageSweep {
     /// How many intervals must cover a place.
     least: u32,
     line: Line,
@@ -125,7 +126,7 @@ impl Line {
     }
 }
 
-impl Cover {
+impl CoverageSweep {
     /// Begins to follow what at least `least` of the intervals between so many ends cover.
     pub(crate) fn begin(&mut self, least: u32, n_ends: usize) {
         self.least = least;
@@ -145,7 +146,12 @@ impl Cover {
     /// Goes down to the row that was written, at height `y`; between the last one and it all ends go straight. They may turn where
     /// `is_bent` says so.
     #[inline]
-    pub(crate) fn step(&mut self, y: f64, is_bent: impl Fn(usize) -> bool, output: &mut Connector) {
+    pub(crate) fn step(
+        &mut self,
+        y: f64,
+        is_bent: impl Fn(usize) -> bool,
+        output: &mut LoopBuilder,
+    ) {
         if self.is_open && !self.is_thin && is_sorted(&self.line.order, &self.lower) {
             for (&end, side) in self.bounds.iter().zip(&mut self.sides) {
                 if is_bent(end as usize) {
@@ -164,11 +170,11 @@ impl Cover {
         &mut self,
         y: f64,
         is_bent: impl Fn(usize) -> bool,
-        output: &mut Connector,
+        output: &mut LoopBuilder,
     ) {
         if !self.is_open {
             let key = |end: u32| (self.upper[end as usize].x, self.lower[end as usize].x);
-            sort_by(&mut self.line.order, key, |_, _| {});
+            insertion_sort(&mut self.line.order, key, |_, _| {});
             self.line.count();
         }
         self.find_meetings();
@@ -214,7 +220,7 @@ impl Cover {
         meetings.clear();
         self.sorted.clone_from(&self.line.order);
         let by_lower = |end: u32| lower[end as usize].x;
-        sort_by(&mut self.sorted, by_lower, |a, b| {
+        insertion_sort(&mut self.sorted, by_lower, |a, b| {
             let apart = |ends: &[DVec3]| ends[a as usize].x - ends[b as usize].x;
             let (above, below) = (apart(upper), apart(lower));
             // Ends that stand in one place above may be in either order there.
@@ -249,7 +255,7 @@ impl Cover {
                 let between = 0.5 * (share + later);
                 let (upper, lower) = (&self.upper, &self.lower);
                 let x = |end: u32| mix(upper[end as usize].x, lower[end as usize].x, between);
-                sort_by(&mut self.line.order, x, |_, _| {});
+                insertion_sort(&mut self.line.order, x, |_, _| {});
                 self.line.count();
                 return true;
             }
@@ -296,7 +302,7 @@ impl Cover {
 
     /// Opens a run with the bounds that were found, at a share of the way to the next row, at height `y`. Where they go on from the
     /// sides that wait, that is one run.
-    fn open(&mut self, share: f64, y: f64, output: &mut Connector) {
+    fn open(&mut self, share: f64, y: f64, output: &mut LoopBuilder) {
         self.is_open = true;
         std::mem::swap(&mut self.bounds, &mut self.found);
         let y_top = mix(self.y, y, share);
@@ -341,7 +347,7 @@ impl Cover {
     }
 
     /// Ends the run at a share of the way to the next row, at height `y`.
-    fn close(&mut self, share: f64, y: f64, output: &mut Connector) {
+    fn close(&mut self, share: f64, y: f64, output: &mut LoopBuilder) {
         if !self.is_open {
             return;
         }
@@ -363,14 +369,14 @@ impl Cover {
     }
 
     /// Adds what waits to `output`: nothing goes on.
-    pub(crate) fn finish(&mut self, output: &mut Connector) {
+    pub(crate) fn finish(&mut self, output: &mut LoopBuilder) {
         if std::mem::take(&mut self.is_waiting) {
             self.write(output);
         }
     }
 
     /// Adds the last run to `output`.
-    fn write(&mut self, output: &mut Connector) {
+    fn write(&mut self, output: &mut LoopBuilder) {
         let Some(y_bottom) = self.waiting.first().map(|p| p.y) else {
             return;
         };
@@ -402,25 +408,6 @@ fn is_sorted(order: &[u32], row: &[DVec3]) -> bool {
         last = x;
         is_after
     })
-}
-
-/// Sorts an almost sorted list by a key, and tells of every two items that change places.
-fn sort_by<K: PartialOrd>(
-    items: &mut [u32],
-    key: impl Fn(u32) -> K,
-    mut swapped: impl FnMut(u32, u32),
-) {
-    for i in 1..items.len() {
-        let item = items[i];
-        let k = key(item);
-        let mut j = i;
-        while j > 0 && key(items[j - 1]) > k {
-            swapped(items[j - 1], item);
-            items[j] = items[j - 1];
-            j -= 1;
-        }
-        items[j] = item;
-    }
 }
 
 /// From one number to another; exact at both.

@@ -4,13 +4,16 @@
 //! intersection does too, and it is the same whatever order comes first. The regions nearly coincide and have few crossings,
 //! which suits a sweep: between two rows every side is linear, and only where sides cross is anything found anew.
 
-use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
+use glam::{DVec3, DVec4, Vec4Swizzles};
 
 use crate::loops::{DeepLoops, FlatLoops};
-use crate::sweep::coverage::Cover;
-use crate::sweep::follow::do_cross;
-use crate::sweep::loop_builder::{Connector, Slack};
-use crate::sweep::monotone_chain::{Chains, Strand, Walker};
+use crate::sweep::coverage::CoverageSweep;
+use crate::sweep::crossing::{NOWHERE, widen_by_crossing};
+use crate::sweep::cursor::{ChainCursor, SweepCursor};
+use crate::sweep::loop_builder::LoopBuilder;
+use crate::sweep::monotone_chain::MonotoneChains;
+use crate::sweep::sleeve::Slack;
+use crate::tidy::is_speck;
 
 /// Parts with fewer vertices than this are visited row by row at once.
 const FEWEST_FOLLOWED: u32 = 12;
@@ -18,26 +21,23 @@ const FEWEST_FOLLOWED: u32 = 12;
 /// Coordinates are pixels here: this is about what contours are rounded to.
 const SLACK_PX: f64 = 0.05;
 
-/// Loops of a smaller area, in square pixels, are specks that thinned-out sides leave where they cross.
-const SPECK_PX2: f64 = 0.05;
-
-/// Buffers for intersecting three regions.
+/// The intersection of three regions, with its buffers.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct IntersectScratch {
-    chains: [Chains; 3],
-    walkers: [Walker; 3],
+pub struct RegionIntersection {
+    chains: [MonotoneChains; 3],
+    cursors: [SweepCursor; 3],
     side_ends: Vec<usize>,
     is_bent: Vec<bool>,
-    cover: Cover,
-    connector: Connector,
+    cover: CoverageSweep,
+    builder: LoopBuilder,
     loops: DeepLoops,
 }
 
-impl IntersectScratch {
+impl RegionIntersection {
     /// Writes the loops that bound what all `regions` (each even-odd, without crossings) cover to `output`.
-    pub(crate) fn intersect(&mut self, regions: [&FlatLoops; 3], output: &mut FlatLoops) {
-        for ((chains, walker), region) in
-            (self.chains.iter_mut().zip(&mut self.walkers)).zip(regions)
+    pub fn intersect(&mut self, regions: [&FlatLoops; 3], output: &mut FlatLoops) {
+        for ((chains, cursor), region) in
+            (self.chains.iter_mut().zip(&mut self.cursors)).zip(regions)
         {
             chains.clear();
             for points in region.iter() {
@@ -47,17 +47,17 @@ impl IntersectScratch {
                 chains.close(SLACK_PX);
             }
             chains.seal();
-            walker.restart();
+            cursor.restart();
         }
-        self.connector.clear();
+        self.builder.clear();
         self.sweep();
-        self.cover.finish(&mut self.connector);
+        self.cover.finish(&mut self.builder);
         let slack = Slack {
             line: SLACK_PX,
             depth: f64::INFINITY,
             hair: 0.0,
         };
-        self.connector.finish(slack, &mut self.loops);
+        self.builder.finish(slack, &mut self.loops);
         output.clear();
         for points in self.loops.iter() {
             for p in points {
@@ -71,14 +71,14 @@ impl IntersectScratch {
         let mut y = (self.chains.iter()).fold(f64::INFINITY, |y, c| y.min(c.first_y()));
         while y.is_finite() {
             let mut end = f64::INFINITY;
-            for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
-                walker.enter(chains, y);
-                end = end.min(walker.end(chains));
+            for (cursor, chains) in self.cursors.iter_mut().zip(&self.chains) {
+                cursor.enter(chains, y);
+                end = end.min(cursor.end(chains));
             }
             if !end.is_finite() {
                 return;
             }
-            if self.walkers.iter().all(|w| w.n_intervals() > 0) {
+            if self.cursors.iter().all(|w| w.n_intervals() > 0) {
                 self.visit((y, end));
             }
             y = end;
@@ -104,56 +104,58 @@ impl IntersectScratch {
 
     /// Vertices of all regions from where the walks are down to height `y`.
     fn count_vertices(&self, y: f64) -> u32 {
-        let views = self.walkers.iter().zip(&self.chains);
+        let views = self.cursors.iter().zip(&self.chains);
         views.map(|(w, c)| w.count_vertices(c, y)).sum()
     }
 
     /// Intersects side by side; false, with nothing done, where intervals do not belong together one by one.
     fn follow(&mut self, heights: (f64, f64)) -> bool {
-        let [a, b, c] = &self.walkers;
-        let n_sides = a.strands().len();
-        if [b, c].iter().any(|w| w.strands().len() != n_sides) || !self.are_apart(heights.1) {
+        let [a, b, c] = &self.cursors;
+        let n_sides = a.chain_cursors().len();
+        if [b, c].iter().any(|w| w.chain_cursors().len() != n_sides) || !self.are_apart(heights.1) {
             return false;
         }
-        self.cover.finish(&mut self.connector);
-        self.connector.begin_slab(heights.0);
+        self.cover.finish(&mut self.builder);
+        self.builder.begin_slab(heights.0);
         self.side_ends.clear();
-        let points = self.connector.points();
+        let points = self.builder.points();
         let start = points.len();
         let mut from = start;
         for k in 0..n_sides {
-            let strands = [a, b, c].map(|w| w.strands()[k]);
+            let chain_cursors = [a, b, c].map(|w| w.chain_cursors()[k]);
             // What all cover begins at the last of their left sides, and ends at the first of their right ones.
             if k % 2 == 0 {
-                follow_last(&self.chains, strands, heights, 1.0, points);
+                follow_last(&self.chains, chain_cursors, heights, 1.0, points);
             } else {
-                follow_last(&self.chains, strands, heights, -1.0, points);
+                follow_last(&self.chains, chain_cursors, heights, -1.0, points);
             }
             let end = points.len();
-            if let Some(&before) = self.side_ends.last()
-                && do_cross(&points[from..before], &points[before..end])
-            {
-                points.truncate(start);
-                return false;
+            if let Some(&before) = self.side_ends.last() {
+                let mut crossing = NOWHERE;
+                widen_by_crossing(&points[from..before], &points[before..end], &mut crossing);
+                if crossing != NOWHERE {
+                    points.truncate(start);
+                    return false;
+                }
             }
             from = self.side_ends.last().copied().unwrap_or(start);
             self.side_ends.push(end);
         }
-        self.connector
-            .end_followed(start, &self.side_ends, heights.1);
-        for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
-            walker.advance(chains, heights.1);
+        self.builder.end_followed(start, &self.side_ends, heights.1);
+        for (cursor, chains) in self.cursors.iter_mut().zip(&self.chains) {
+            cursor.advance(chains, heights.1);
         }
         true
     }
 
     /// Whether each interval of every region lies left of the next of every other.
     fn are_apart(&self, y_bottom: f64) -> bool {
-        let n_sides = self.walkers[0].strands().len();
-        let views = || self.walkers.iter().zip(&self.chains);
+        let n_sides = self.cursors[0].chain_cursors().len();
+        let views = || self.cursors.iter().zip(&self.chains);
         (2..n_sides).step_by(2).all(|k| {
-            let range =
-                |w: &Walker, chains: &Chains, k: usize| w.strands()[k].x_range(chains, y_bottom);
+            let range = |w: &SweepCursor, chains: &MonotoneChains, k: usize| {
+                w.chain_cursors()[k].x_range(chains, y_bottom)
+            };
             let rightmost = views().map(|(w, c)| range(w, c, k - 1).1);
             let leftmost = views().map(|(w, c)| range(w, c, k).0);
             rightmost.fold(f64::NEG_INFINITY, f64::max) < leftmost.fold(f64::INFINITY, f64::min)
@@ -162,47 +164,34 @@ impl IntersectScratch {
 
     /// Intersects row by row, between vertices of any region.
     fn visit_rows(&mut self, (y_top, y_bottom): (f64, f64)) {
-        let n_ends = self.walkers.iter().map(|w| w.strands().len()).sum();
+        let n_ends = self.cursors.iter().map(|w| w.chain_cursors().len()).sum();
         self.cover.begin(3, n_ends);
         let mut y = y_top;
         loop {
             self.is_bent.clear();
-            let strands = self.walkers.iter().flat_map(Walker::strands);
-            for (end, strand) in self.cover.next_row().iter_mut().zip(strands) {
-                *end = strand.place(y).extend(0.0);
-                self.is_bent.push(strand.next_y() <= y);
+            let chain_cursors = self.cursors.iter().flat_map(SweepCursor::chain_cursors);
+            for (end, cursor) in self.cover.next_row().iter_mut().zip(chain_cursors) {
+                *end = cursor.place(y).extend(0.0);
+                self.is_bent.push(cursor.next_y() <= y);
             }
             let is_bent = |end: usize| self.is_bent[end];
-            self.cover.step(y, is_bent, &mut self.connector);
-            for (walker, chains) in self.walkers.iter_mut().zip(&self.chains) {
-                walker.advance(chains, y);
+            self.cover.step(y, is_bent, &mut self.builder);
+            for (cursor, chains) in self.cursors.iter_mut().zip(&self.chains) {
+                cursor.advance(chains, y);
             }
             if y >= y_bottom {
                 break;
             }
-            y = (self.walkers.iter()).fold(y_bottom, |least, w| least.min(w.next_vertex()));
+            y = (self.cursors.iter()).fold(y_bottom, |least, w| least.min(w.next_vertex()));
         }
         self.cover.end();
     }
 }
 
-/// Whether a loop, in pixels, is too small to be more than a trace of where sides cross.
-pub(crate) fn is_speck(points: &[DVec2]) -> bool {
-    double_area(points).abs() <= 2.0 * SPECK_PX2
-}
-
-fn double_area(points: &[DVec2]) -> f64 {
-    let Some(&last) = points.last() else {
-        return 0.0;
-    };
-    let steps = std::iter::once(&last).chain(points).zip(points);
-    steps.map(|(a, b)| a.perp_dot(*b)).sum()
-}
-
 /// Appends the side that is, at each height, the last of three in the direction of `sign` to `points`.
 fn follow_last(
-    chains: &[Chains; 3],
-    mut strands: [Strand; 3],
+    chains: &[MonotoneChains; 3],
+    mut chain_cursors: [ChainCursor; 3],
     (y_top, y_bottom): (f64, f64),
     sign: f64,
     points: &mut Vec<DVec4>,
@@ -211,7 +200,7 @@ fn follow_last(
     let mut y = y_top;
     let mut before: Option<([f64; 3], f64)> = None;
     loop {
-        let xs = [0, 1, 2].map(|k: usize| strands[k].at(y).x);
+        let xs = [0, 1, 2].map(|k: usize| chain_cursors[k].at(y).x);
         if let Some((old, y_old)) = before {
             for share in crossings(&old, &xs).into_iter().flatten() {
                 let mixed = [0, 1, 2].map(|k: usize| old[k] + (xs[k] - old[k]) * share);
@@ -225,11 +214,11 @@ fn follow_last(
         }
         before = Some((xs, y));
         let mut next = y_bottom;
-        for (strand, chains) in strands.iter_mut().zip(chains) {
-            if strand.next_y() <= y {
-                strand.advance(chains, y);
+        for (cursor, chains) in chain_cursors.iter_mut().zip(chains) {
+            if cursor.next_y() <= y {
+                cursor.advance(chains, y);
             }
-            next = next.min(strand.next_y());
+            next = next.min(cursor.next_y());
         }
         y = next;
     }
@@ -251,6 +240,7 @@ fn crossings(from: &[f64; 3], to: &[f64; 3]) -> [Option<f64>; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
     use proptest::prelude::*;
     use silmap_geometry::polygon::{fill_even_odd, signed_area};
     use silmap_geometry::{Loop, Mask};
@@ -294,7 +284,7 @@ mod tests {
             });
             let mut output = FlatLoops::default();
             let [a, b, c] = &regions;
-            IntersectScratch::default().intersect([a, b, c], &mut output);
+            RegionIntersection::default().intersect([a, b, c], &mut output);
             let (mut expected, mut filled, mut got) = (Mask::new(66, 66), Mask::new(66, 66), Mask::new(66, 66));
             fill_even_odd(&loops[..1], &mut expected);
             for l in &loops[1..] {

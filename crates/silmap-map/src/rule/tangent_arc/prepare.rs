@@ -7,11 +7,13 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::rule::tangent_arc::rule::{self as tight, Homes, Linked, Origin, Rim, Rule};
-use crate::sweep::coverage::Cover;
-use crate::sweep::interval::{Section, Touch};
-use crate::sweep::loop_builder::Connector;
-use crate::sweep::monotone_chain::{Chains, Strand, Walker, first_range, next_range};
+use crate::rule::tangent_arc::rule::{self as tight, Homes, Linked, Origin, SideRule};
+use crate::sweep::coverage::CoverageSweep;
+use crate::sweep::crossing::{NOWHERE, widen_by_crossing};
+use crate::sweep::cursor::{ChainCursor, SweepCursor, first_range, next_range};
+use crate::sweep::interval::{Side, SpanInterval, TangentRay};
+use crate::sweep::loop_builder::LoopBuilder;
+use crate::sweep::monotone_chain::MonotoneChains;
 
 /// Parts with fewer vertices than this are linked slab by slab at once.
 const FEWEST_LINKED: u32 = 12;
@@ -31,14 +33,14 @@ struct Part {
 /// A side of a part.
 #[derive(Clone, Copy, Debug)]
 struct SideRows {
-    rule: Rule,
+    rule: SideRule,
     /// Where its rows end in the list of all.
     rows_end: u32,
 }
 
 /// Two silhouettes row by row, as arrays.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Rows {
+pub(crate) struct PreparedArcs {
     parts: Vec<Part>,
     sides: Vec<SideRows>,
     y: Vec<f64>,
@@ -48,28 +50,28 @@ pub(crate) struct Rows {
 
 /// Buffers for finding rows.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct RowsScratch {
-    walkers: [Walker; 2],
-    sections: [Vec<Section>; 2],
+pub(crate) struct PrepareArcsScratch {
+    cursors: [SweepCursor; 2],
+    intervals: [Vec<SpanInterval>; 2],
     homes: Vec<Homes>,
     links: Vec<Linked>,
     other_links: Vec<Linked>,
 }
 
-impl RowsScratch {
+impl PrepareArcsScratch {
     /// Links the intervals of both views at one height.
-    fn link_at(&mut self, chains: &[Chains; 2], y: f64) {
-        let views = self.walkers.iter().zip(chains);
-        for ((walker, chains), sections) in views.zip(&mut self.sections) {
-            walker.sections(chains, y, sections);
+    fn link_at(&mut self, chains: &[MonotoneChains; 2], y: f64) {
+        let views = self.cursors.iter().zip(chains);
+        for ((cursor, chains), intervals) in views.zip(&mut self.intervals) {
+            cursor.intervals(chains, y, intervals);
         }
-        let [one, two] = &self.sections;
+        let [one, two] = &self.intervals;
         tight::link(one, two, &mut self.homes, &mut self.links);
     }
 
     /// Links the intervals of both views; false when the links are not the same all the way down.
-    fn link(&mut self, chains: &[Chains; 2], (y_top, y_bottom): (f64, f64)) -> bool {
-        if self.walkers.iter().all(|w| w.n_intervals() == 1) {
+    fn link(&mut self, chains: &[MonotoneChains; 2], (y_top, y_bottom): (f64, f64)) -> bool {
+        if self.cursors.iter().all(|w| w.n_intervals() == 1) {
             self.links.clear();
             self.links.push(Linked::SINGLE);
             return true;
@@ -86,13 +88,13 @@ impl RowsScratch {
     }
 
     /// Vertices of both views from where the walks are down to height `y`.
-    fn count_vertices(&self, chains: &[Chains; 2], y: f64) -> u32 {
-        let views = self.walkers.iter().zip(chains);
+    fn count_vertices(&self, chains: &[MonotoneChains; 2], y: f64) -> u32 {
+        let views = self.cursors.iter().zip(chains);
         views.map(|(w, c)| w.count_vertices(c, y)).sum()
     }
 }
 
-impl Rows {
+impl PreparedArcs {
     /// Forgets everything, and makes room for silhouettes of so many vertices together.
     pub(crate) fn reserve(&mut self, n_vertices: usize) {
         self.clear();
@@ -116,28 +118,32 @@ impl Rows {
     }
 
     /// Finds the rows of two silhouettes.
-    pub(crate) fn assign(&mut self, chains: &[Chains; 2], scratch: &mut RowsScratch) {
+    pub(crate) fn assign(
+        &mut self,
+        chains: &[MonotoneChains; 2],
+        scratch: &mut PrepareArcsScratch,
+    ) {
         self.clear();
-        let mut range = first_range(&mut scratch.walkers, chains);
+        let mut range = first_range(&mut scratch.cursors, chains);
         while let Some(heights) = range {
             self.add_range(chains, heights, scratch);
-            range = next_range(&mut scratch.walkers, chains, heights.1);
+            range = next_range(&mut scratch.cursors, chains, heights.1);
         }
     }
 
     /// Adds the parts between two heights where no chain ends.
     fn add_range(
         &mut self,
-        chains: &[Chains; 2],
+        chains: &[MonotoneChains; 2],
         (mut y, end): (f64, f64),
-        scratch: &mut RowsScratch,
+        scratch: &mut PrepareArcsScratch,
     ) {
         while y < end {
             let mut bottom = end;
             while !scratch.link(chains, (y, bottom)) {
                 let middle = 0.5 * (y + bottom);
                 if scratch.count_vertices(chains, bottom) < FEWEST_LINKED || middle <= y {
-                    let vertex = scratch.walkers.iter().map(Walker::next_vertex);
+                    let vertex = scratch.cursors.iter().map(SweepCursor::next_vertex);
                     bottom = vertex.fold(bottom, f64::min);
                     scratch.link_at(chains, 0.5 * (y + bottom));
                     break;
@@ -145,51 +151,59 @@ impl Rows {
                 bottom = middle;
             }
             self.add_part(chains, (y, bottom), scratch);
-            for (walker, chains) in scratch.walkers.iter_mut().zip(chains) {
-                walker.advance(chains, bottom);
+            for (cursor, chains) in scratch.cursors.iter_mut().zip(chains) {
+                cursor.advance(chains, bottom);
             }
             y = bottom;
         }
     }
 
     /// Adds a part with the sides that the links name.
-    fn add_part(&mut self, chains: &[Chains; 2], heights: (f64, f64), scratch: &RowsScratch) {
-        let (one, two) = (scratch.walkers[0].strands(), scratch.walkers[1].strands());
+    fn add_part(
+        &mut self,
+        chains: &[MonotoneChains; 2],
+        heights: (f64, f64),
+        scratch: &PrepareArcsScratch,
+    ) {
+        let (one, two) = (
+            scratch.cursors[0].chain_cursors(),
+            scratch.cursors[1].chain_cursors(),
+        );
         let (first, second) = (&chains[0], &chains[1]);
         for link in &scratch.links {
             for (origin, at) in [(link.enter, 0), (link.exit, 1)] {
-                let rim = Rim::of_end(at);
+                let side = Side::of_end(at);
                 let across = 1 - at;
                 let rule = match origin {
-                    Origin::Rim(i, j) => {
+                    Origin::Both(i, j) => {
                         let pair = (one[2 * i + at], two[2 * j + at]);
                         self.add_rows((first, second), pair, heights);
-                        Rule::Between(rim)
+                        SideRule::Between(side)
                     }
                     Origin::Linear(i, j) => {
                         let pair = (one[2 * i + at], two[2 * j + at]);
                         self.add_rows((first, second), pair, heights);
-                        Rule::Linear
+                        SideRule::Linear
                     }
                     Origin::First(i) => {
                         let side = one[2 * i + at];
                         self.add_rows((first, first), (side, side), heights);
-                        Rule::First
+                        SideRule::First
                     }
                     Origin::Second(j) => {
                         let side = two[2 * j + at];
                         self.add_rows((second, second), (side, side), heights);
-                        Rule::Second
+                        SideRule::Second
                     }
                     Origin::FirstGap(i, other) => {
                         let pair = (one[2 * i + at], one[2 * other + across]);
                         self.add_rows((first, first), pair, heights);
-                        Rule::FirstGap(rim)
+                        SideRule::FirstGap(side)
                     }
                     Origin::SecondGap(j, other) => {
                         let pair = (two[2 * j + at], two[2 * other + across]);
                         self.add_rows((second, second), pair, heights);
-                        Rule::SecondGap(rim)
+                        SideRule::SecondGap(side)
                     }
                 };
                 let rows_end = self.y.len() as u32;
@@ -206,8 +220,8 @@ impl Rows {
     /// Adds the rows of a side: one wherever either of two chains has a vertex.
     fn add_rows(
         &mut self,
-        chains: (&Chains, &Chains),
-        (mut one, mut two): (Strand, Strand),
+        chains: (&MonotoneChains, &MonotoneChains),
+        (mut one, mut two): (ChainCursor, ChainCursor),
         (y_top, y_bottom): (f64, f64),
     ) {
         let mut y = y_top;
@@ -235,7 +249,7 @@ impl Rows {
         &self,
         alpha: f64,
         scratch: &mut CrossingScratch,
-        output: &mut Connector,
+        output: &mut LoopBuilder,
     ) {
         let (mut side, mut row) = (0, 0);
         for part in &self.parts {
@@ -269,18 +283,18 @@ impl Rows {
     /// Appends the points of one side to `points`.
     fn follow(
         &self,
-        rule: Rule,
+        rule: SideRule,
         rows: std::ops::Range<usize>,
         alpha: f64,
         points: &mut Vec<DVec4>,
     ) {
         match rule {
-            Rule::Between(Rim::Left) => {
-                self.follow_by(rows, points, |a, b| tight::between(a, b, alpha, Rim::Left))
+            SideRule::Between(Side::Left) => {
+                self.follow_by(rows, points, |a, b| tight::between(a, b, alpha, Side::Left))
             }
-            Rule::Between(Rim::Right) => {
-                self.follow_by(rows, points, |a, b| tight::between(a, b, alpha, Rim::Right))
-            }
+            SideRule::Between(Side::Right) => self.follow_by(rows, points, |a, b| {
+                tight::between(a, b, alpha, Side::Right)
+            }),
             rule => self.follow_by(rows, points, |a, b| rule.touch(a, b, alpha)),
         }
     }
@@ -290,9 +304,9 @@ impl Rows {
         &self,
         rows: std::ops::Range<usize>,
         points: &mut Vec<DVec4>,
-        touch: impl Fn(Touch, Touch) -> Touch,
+        touch: impl Fn(TangentRay, TangentRay) -> TangentRay,
     ) {
-        let at = |x: f64, disparity: f64| Touch {
+        let at = |x: f64, disparity: f64| TangentRay {
             x,
             disparity,
             slide: 0.0,
@@ -311,40 +325,6 @@ impl Rows {
     }
 }
 
-/// Heights between which nothing crosses.
-const NOWHERE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
-
-/// Widens a range of heights to hold all places where one side lies beyond the next.
-fn widen_by_crossing(left: &[DVec4], right: &[DVec4], range: &mut (f64, f64)) {
-    // Mostly the two do not even come near each other.
-    let rightmost = (left.iter()).fold(f64::NEG_INFINITY, |x, p| if p.x > x { p.x } else { x });
-    let leftmost = (right.iter()).fold(f64::INFINITY, |x, p| if p.x < x { p.x } else { x });
-    if rightmost < leftmost {
-        return;
-    }
-    widen_where_beyond(left, right, 1.0, range);
-    widen_where_beyond(right, left, -1.0, range);
-}
-
-/// Widens a range of heights by those between the vertices around each vertex of `line` that lies beyond `other` in the direction
-/// of `sign`.
-fn widen_where_beyond(line: &[DVec4], other: &[DVec4], sign: f64, range: &mut (f64, f64)) {
-    let mut k = 0;
-    for (i, p) in line.iter().enumerate() {
-        while k + 2 < other.len() && other[k + 1].y < p.y {
-            k += 1;
-        }
-        let (a, b) = (other[k], other[k + 1]);
-        // Compared without a division: the segment goes down.
-        let height = b.y - a.y;
-        if sign * ((p.x - a.x) * height - (b.x - a.x) * (p.y - a.y)) > 0.0 {
-            let above = line[i.saturating_sub(1)].y.min(a.y);
-            let below = line[(i + 1).min(line.len() - 1)].y.max(b.y);
-            *range = (range.0.min(above), range.1.max(below));
-        }
-    }
-}
-
 /// Buffers for parts in which sides cross.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CrossingScratch {
@@ -353,7 +333,7 @@ pub(crate) struct CrossingScratch {
     points: Vec<DVec4>,
     places: Vec<Place>,
     are_turning: Vec<bool>,
-    cover: Cover,
+    cover: CoverageSweep,
 }
 
 /// A side's points, and the edge that the sweep has come to.
@@ -386,8 +366,8 @@ impl Place {
 }
 
 impl CrossingScratch {
-    /// Takes the points of a part's sides, from `start` on, out of a connector.
-    fn take(&mut self, start: usize, output: &mut Connector) {
+    /// Takes the points of a part's sides, from `start` on, out of a builder.
+    fn take(&mut self, start: usize, output: &mut LoopBuilder) {
         let points = output.points();
         self.points.clear();
         self.points.extend_from_slice(&points[start..]);
@@ -405,7 +385,7 @@ impl CrossingScratch {
         &mut self,
         (y_top, y_bottom): (f64, f64),
         crossing: (f64, f64),
-        output: &mut Connector,
+        output: &mut LoopBuilder,
     ) {
         let (first, last) = (crossing.0.max(y_top), crossing.1.min(y_bottom));
         if y_top < first {
@@ -417,7 +397,7 @@ impl CrossingScratch {
         }
     }
 
-    fn push_sides(&mut self, (y_top, y_bottom): (f64, f64), output: &mut Connector) {
+    fn push_sides(&mut self, (y_top, y_bottom): (f64, f64), output: &mut LoopBuilder) {
         output.begin_slab(y_top);
         self.side_ends.clear();
         let start = output.points().len();
@@ -436,7 +416,7 @@ impl CrossingScratch {
     }
 
     /// Adds the union of the intervals, row by row.
-    fn push_union(&mut self, (y_top, y_bottom): (f64, f64), output: &mut Connector) {
+    fn push_union(&mut self, (y_top, y_bottom): (f64, f64), output: &mut LoopBuilder) {
         self.cover.begin(1, self.places.len());
         let points = &self.points;
         let mut y = y_top;

@@ -8,34 +8,18 @@
 //! and the tangent is found by one division where the arc in the epipolar plane takes the root of a quadratic. Tangency, and
 //! the order of the error, are the same in both.
 
-use crate::sweep::interval::{Section, Touch};
-
-/// Which side of the object a ray touches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rim {
-    /// The object lies at greater x.
-    Left,
-    /// The object lies at smaller x.
-    Right,
-}
-
-impl Rim {
-    /// That of an interval's left (0) or right (1) side.
-    pub(crate) fn of_end(end: usize) -> Self {
-        if end == 0 { Self::Left } else { Self::Right }
-    }
-}
+use crate::sweep::interval::{Side, SpanInterval, TangentRay};
 
 /// The touching ray between `one` and `two`, or the linear rule's where the three control points are not in convex position.
 #[inline]
-pub(crate) fn between(one: Touch, two: Touch, alpha: f64, rim: Rim) -> Touch {
+pub(crate) fn between(one: TangentRay, two: TangentRay, alpha: f64, side: Side) -> TangentRay {
     let beta = 1.0 - alpha;
     let crossing = one.x - two.x;
     let (g_one, g_two) = (one.disparity - crossing, two.disparity - crossing);
     let linear = one.lerp(two, alpha);
-    let is_convex = match rim {
-        Rim::Left => g_one < 0.0 && g_two > 0.0,
-        Rim::Right => g_one > 0.0 && g_two < 0.0,
+    let is_convex = match side {
+        Side::Left => g_one < 0.0 && g_two > 0.0,
+        Side::Right => g_one > 0.0 && g_two < 0.0,
     };
     if !is_convex {
         return linear;
@@ -44,7 +28,7 @@ pub(crate) fn between(one: Touch, two: Touch, alpha: f64, rim: Rim) -> Touch {
     let (leave, arrive) = (alpha * g_one, beta * g_two);
     let turn = 1.0 / (leave - arrive);
     let (tau, rest) = (leave * turn, -arrive * turn);
-    Touch {
+    TangentRay {
         x: linear.x + leave * arrive * turn,
         disparity: crossing + rest * rest * g_one + tau * tau * g_two,
         slide: 2.0 * (tau * g_two - rest * g_one) * (-g_one * g_two * turn * turn),
@@ -63,8 +47,8 @@ pub(crate) fn second_shift(alpha: f64) -> f64 {
 
 /// A touching point seen from elsewhere.
 #[inline]
-pub(crate) fn seen_from(touch: Touch, disparities: f64) -> Touch {
-    Touch {
+pub(crate) fn seen_from(touch: TangentRay, disparities: f64) -> TangentRay {
+    TangentRay {
         x: touch.x + disparities * touch.disparity,
         ..touch
     }
@@ -72,7 +56,7 @@ pub(crate) fn seen_from(touch: Touch, disparities: f64) -> Touch {
 
 /// The interval of the other view's span that holds a touching point, or the nearest: simplified contours may miss a point by
 /// some pixels. The span is not empty.
-fn home(touch: Touch, disparities: f64, others: &[Section]) -> usize {
+fn home(touch: TangentRay, disparities: f64, others: &[SpanInterval]) -> usize {
     let x = seen_from(touch, disparities).x;
     let mut best = (f64::INFINITY, 0);
     for (k, other) in others.iter().enumerate() {
@@ -92,10 +76,10 @@ pub(crate) struct Homes {
 }
 
 impl Homes {
-    fn new(section: &Section, disparities: f64, others: &[Section]) -> Self {
+    fn new(interval: &SpanInterval, disparities: f64, others: &[SpanInterval]) -> Self {
         Self {
-            enter: home(section.enter, disparities, others),
-            exit: home(section.exit, disparities, others),
+            enter: home(interval.enter, disparities, others),
+            exit: home(interval.exit, disparities, others),
         }
     }
 }
@@ -103,8 +87,8 @@ impl Homes {
 /// How one side of an interpolated interval comes from sides of the views' intervals, by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
-    /// Both views touch the same rim.
-    Rim(usize, usize),
+    /// Both views touch the same side.
+    Both(usize, usize),
     /// A point that the first view touches, seen where it is.
     First(usize),
     /// A point that the second view touches, seen where it is.
@@ -119,9 +103,9 @@ pub(crate) enum Origin {
 
 /// How a side is seen from between, given the two touching points that it comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rule {
-    /// Both views touch this rim.
-    Between(Rim),
+pub(crate) enum SideRule {
+    /// Both views touch this side.
+    Between(Side),
     /// Neither view's touching point lies in the other's interval.
     Linear,
     /// The first of the points, of the first view, is seen where it is.
@@ -129,22 +113,22 @@ pub(crate) enum Rule {
     /// The first of the points, of the second view, is seen where it is.
     Second,
     /// The points are a side and the one across a gap, of the first view.
-    FirstGap(Rim),
+    FirstGap(Side),
     /// The points are a side and the one across a gap, of the second view.
-    SecondGap(Rim),
+    SecondGap(Side),
 }
 
-impl Rule {
+impl SideRule {
     /// What the viewpoint at α touches.
     #[inline]
-    pub(crate) fn touch(self, a: Touch, b: Touch, alpha: f64) -> Touch {
+    pub(crate) fn touch(self, a: TangentRay, b: TangentRay, alpha: f64) -> TangentRay {
         match self {
-            Self::Between(rim) => between(a, b, alpha, rim),
+            Self::Between(side) => between(a, b, alpha, side),
             Self::Linear => a.lerp(b, alpha),
             Self::First => seen_from(a, first_shift(alpha)),
             Self::Second => seen_from(a, second_shift(alpha)),
-            Self::FirstGap(rim) => beside_gap(a, b, GapShifts::of_first(alpha), rim),
-            Self::SecondGap(rim) => beside_gap(a, b, GapShifts::of_second(alpha), rim),
+            Self::FirstGap(side) => beside_gap(a, b, GapShifts::of_first(alpha), side),
+            Self::SecondGap(side) => beside_gap(a, b, GapShifts::of_second(alpha), side),
         }
     }
 }
@@ -164,21 +148,21 @@ impl Linked {
     /// The only interval of one view with the only one of the other.
     pub(crate) const SINGLE: Self = Self {
         pair: (0, 0),
-        enter: Origin::Rim(0, 0),
-        exit: Origin::Rim(0, 0),
+        enter: Origin::Both(0, 0),
+        exit: Origin::Both(0, 0),
     };
 }
 
 /// Writes how the intervals of two spans on one scanline, neither empty, are linked to `output`: one entry for every pair where a touching
 /// point of one interval lies in the other.
 ///
-/// An end of such a pair whose touching points lie in each other's interval is on one rim: the tight rule joins them. Where
+/// An end of such a pair whose touching points lie in each other's interval is on one side: the tight rule joins them. Where
 /// a leg opens, an inner end exists in one view only, and is seen where its touching point is.
 ///
 /// `homes` is a buffer.
 pub(crate) fn link(
-    one: &[Section],
-    two: &[Section],
+    one: &[SpanInterval],
+    two: &[SpanInterval],
     homes: &mut Vec<Homes>,
     output: &mut Vec<Linked>,
 ) {
@@ -195,7 +179,7 @@ pub(crate) fn link(
                 continue;
             }
             let origin = |(is_ahead, is_back): (bool, bool)| match (is_ahead, is_back) {
-                (true, true) => Origin::Rim(a, b),
+                (true, true) => Origin::Both(a, b),
                 (true, false) => Origin::First(a),
                 (false, true) => Origin::Second(b),
                 (false, false) => Origin::Linear(a, b),
@@ -248,15 +232,20 @@ fn find_gaps(links: &mut [Linked]) {
 /// Both sides are points, seen where they are. When the view that sees no gap should see one by that, something else covers
 /// it there: then the gap closes evenly on the way to that view.
 #[inline]
-pub(crate) fn beside_gap(own: Touch, across: Touch, shifts: GapShifts, rim: Rim) -> Touch {
+pub(crate) fn beside_gap(
+    own: TangentRay,
+    across: TangentRay,
+    shifts: GapShifts,
+    side: Side,
+) -> TangentRay {
     let gap = seen_from(across, shifts.to_blind).x - seen_from(own, shifts.to_blind).x;
     let seen = seen_from(own, shifts.to_eye);
     // Right sides of intervals look across to greater x, left ones to smaller.
-    let open = match rim {
-        Rim::Right => gap.max(0.0),
-        Rim::Left => gap.min(0.0),
+    let open = match side {
+        Side::Right => gap.max(0.0),
+        Side::Left => gap.min(0.0),
     };
-    Touch {
+    TangentRay {
         x: seen.x + 0.5 * shifts.closing * open,
         ..seen
     }
@@ -299,19 +288,19 @@ mod tests {
     use proptest::prelude::*;
 
     /// The left touching ray at α of a disc in the plane of (x, disparity).
-    fn left_of_disc(x: f64, disparity: f64, radius: f64, alpha: f64) -> Touch {
+    fn left_of_disc(x: f64, disparity: f64, radius: f64, alpha: f64) -> TangentRay {
         // Rays run along (α, 1): the point touched is at the disc's middle plus the radius across them.
         let length = (1.0 + alpha * alpha).sqrt();
         let (px, pd) = (x - radius / length, disparity + radius * alpha / length);
-        Touch {
+        TangentRay {
             x: px - alpha * pd,
             disparity: pd,
             slide: radius / length.powi(3),
         }
     }
 
-    fn mirrored(t: Touch) -> Touch {
-        Touch {
+    fn mirrored(t: TangentRay) -> TangentRay {
+        TangentRay {
             x: -t.x,
             disparity: -t.disparity,
             slide: -t.slide,
@@ -325,19 +314,19 @@ mod tests {
             let (one, two) = (left_of_disc(x, d, radius, 0.0), left_of_disc(x, d, radius, 1.0));
             // Viewpoints at 0 and 1 of a baseline scaled down: that is a disc scaled up in disparity.
             let truth = left_of_disc(x, d, radius, alpha);
-            let (tight, linear) = (between(one, two, alpha, Rim::Left), one.lerp(two, alpha));
+            let (tight, linear) = (between(one, two, alpha, Side::Left), one.lerp(two, alpha));
             prop_assert!((tight.x - truth.x).abs() < 0.06 * (linear.x - truth.x).abs());
             prop_assert!(linear.x < truth.x, "the linear rule is conservative");
             prop_assert!((tight.slide / truth.slide - 1.0).abs() < 0.3, "{} for {}", tight.slide, truth.slide);
-            let right = between(mirrored(one), mirrored(two), alpha, Rim::Right);
+            let right = between(mirrored(one), mirrored(two), alpha, Side::Right);
             prop_assert!((right.x + tight.x).abs() < 1e-12 && (right.disparity + tight.disparity).abs() < 1e-12);
         }
 
-        /// A point is seen where it is, by whatever rim it is touched.
+        /// A point is seen where it is, by whatever side it is touched.
         #[test]
         fn a_point_is_itself(x in -1.0..1.0_f64, d in 1.0..2.0_f64, alpha in 0.0..1.0_f64) {
-            for rim in [Rim::Left, Rim::Right] {
-                let seen = between(point(x, d), point(x - d, d), alpha, rim);
+            for side in [Side::Left, Side::Right] {
+                let seen = between(point(x, d), point(x - d, d), alpha, side);
                 prop_assert!((seen.x - (x - alpha * d)).abs() < 1e-12 && (seen.disparity - d).abs() < 1e-9);
             }
         }
@@ -349,17 +338,17 @@ mod tests {
                 // The pair at `from` and `from + step`, in coordinates of that pair.
                 let seen = |alpha: f64| {
                     let t = left_of_disc(0.0, 1.0, radius, alpha);
-                    Touch { x: t.x, disparity: t.disparity * step, slide: 0.0 }
+                    TangentRay { x: t.x, disparity: t.disparity * step, slide: 0.0 }
                 };
                 let (one, two) = (seen(from), seen(from + step));
-                (between(one, two, 0.3, Rim::Left).x - seen(from + 0.3 * step).x).abs()
+                (between(one, two, 0.3, Side::Left).x - seen(from + 0.3 * step).x).abs()
             };
             prop_assert!(error(step) < 1e-13 || error(0.5 * step) < error(step) / 10.0);
         }
     }
 
-    fn point(x: f64, disparity: f64) -> Touch {
-        Touch {
+    fn point(x: f64, disparity: f64) -> TangentRay {
+        TangentRay {
             x,
             disparity,
             slide: 0.0,
@@ -367,22 +356,25 @@ mod tests {
     }
 
     /// A wall that the first view sees whole, and the second with a gap between two touching points.
-    fn wall(left_of_gap: (f64, f64), right_of_gap: (f64, f64)) -> ([Section; 1], [Section; 2]) {
-        let section = |enter: (f64, f64), exit: (f64, f64)| Section {
+    fn wall(
+        left_of_gap: (f64, f64),
+        right_of_gap: (f64, f64),
+    ) -> ([SpanInterval; 1], [SpanInterval; 2]) {
+        let interval = |enter: (f64, f64), exit: (f64, f64)| SpanInterval {
             enter: point(enter.0, enter.1),
             exit: point(exit.0, exit.1),
         };
         (
-            [section((0.0, 1.0), (10.0, 1.0))],
+            [interval((0.0, 1.0), (10.0, 1.0))],
             [
-                section((-1.0, 1.0), left_of_gap),
-                section(right_of_gap, (9.0, 1.0)),
+                interval((-1.0, 1.0), left_of_gap),
+                interval(right_of_gap, (9.0, 1.0)),
             ],
         )
     }
 
     /// Where the sides of the gap are seen, by the links that are found.
-    fn gap_between((one, two): &([Section; 1], [Section; 2]), alpha: f64) -> (f64, f64) {
+    fn gap_between((one, two): &([SpanInterval; 1], [SpanInterval; 2]), alpha: f64) -> (f64, f64) {
         let mut links = Vec::new();
         link(one, two, &mut Vec::new(), &mut links);
         assert_eq!(links.len(), 2);
@@ -390,8 +382,8 @@ mod tests {
         assert_eq!(links[1].enter, Origin::SecondGap(1, 0));
         let (left, right) = (two[0].exit, two[1].enter);
         (
-            Rule::SecondGap(Rim::Right).touch(left, right, alpha).x,
-            Rule::SecondGap(Rim::Left).touch(right, left, alpha).x,
+            SideRule::SecondGap(Side::Right).touch(left, right, alpha).x,
+            SideRule::SecondGap(Side::Left).touch(right, left, alpha).x,
         )
     }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::loops::DeepLoops;
-use crate::sweep::loop_builder::Slack;
+use crate::sweep::sleeve::Slack;
 use proptest::prelude::*;
 
 /// Where a scanline enters and leaves what is covered, by counting at every end.
@@ -31,7 +31,7 @@ fn covered_at(rows: &[Vec<f64>], least: usize, y: f64) -> Vec<(f64, f64)> {
 }
 
 fn followed(rows: &[Vec<f64>], least: u32, cut: Option<usize>) -> DeepLoops {
-    let (mut cover, mut connector, mut loops) = <(Cover, Connector, DeepLoops)>::default();
+    let (mut cover, mut builder, mut loops) = <(CoverageSweep, LoopBuilder, DeepLoops)>::default();
     let n_ends = rows[0].len();
     cover.begin(least, n_ends);
     for (k, row) in rows.iter().enumerate() {
@@ -45,17 +45,17 @@ fn followed(rows: &[Vec<f64>], least: u32, cut: Option<usize>) -> DeepLoops {
             for (end, &x) in cover.next_row().iter_mut().zip(row) {
                 *end = DVec3::new(x, 1.0, 0.0);
             }
-            cover.step(k as f64, |_| true, &mut connector);
+            cover.step(k as f64, |_| true, &mut builder);
         }
     }
     cover.end();
-    cover.finish(&mut connector);
+    cover.finish(&mut builder);
     let slack = Slack {
         line: 0.0,
         depth: 0.0,
         hair: 0.0,
     };
-    connector.finish(slack, &mut loops);
+    builder.finish(slack, &mut loops);
     loops
 }
 

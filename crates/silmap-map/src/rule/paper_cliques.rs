@@ -1,4 +1,4 @@
-//! Which intervals of two views may hold the same geometry: the paper's cliques (section 5.3, "Mutant pants").
+//! The rule of method `paper`: only intervals of one clique may hold the same geometry (section 5.3, "Mutant pants").
 //!
 //! Source: Silhouette Mapping, section 5.3: convex and concave extrema of the silhouettes in y (frontier points) are
 //! matched between the views and tracked from span to span; matched ones separate cliques, unmatched ones join the nearest.
@@ -6,9 +6,13 @@
 //! to the extremum that closes it, two gaps match when these agree, and where two matched gaps are both present they cut the
 //! spans into cliques. Intervals that no matched gap separates stay together, which is "join the nearest clique".
 
-use crate::rule::paper::spans::Cuts;
-use crate::sweep::interval::Interval;
-use crate::sweep::monotone_chain::{Chains, Walker};
+use crate::sweep::cursor::SweepCursor;
+use crate::sweep::interval::SpanInterval;
+use crate::sweep::monotone_chain::MonotoneChains;
+
+/// Where the intervals of two views are cut into cliques: cliques end before interval `.0` of the first view and `.1` of the
+/// second. Pairs are kept within a clique only.
+type Cuts = Vec<(usize, usize)>;
 
 /// Two gaps match when the scanlines they share are at least this part of the scanlines that either has.
 const MIN_SHARED_SCANLINES: f64 = 0.5;
@@ -41,34 +45,24 @@ impl Gap {
 
 /// The gaps of one view, and which of them lie in each of its own slabs, which reach from one chain end to the next.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct GapTracks {
+struct GapTracks {
     gaps: Vec<Gap>,
     /// Gap ids of all slabs, left to right, one slab after the other.
     ids: Vec<u32>,
     /// Slab s, between heights s and s + 1, holds `ids[starts[s]..starts[s + 1]]`.
     starts: Vec<u32>,
     heights: Vec<f64>,
-    spans: [Vec<Interval>; 2],
+    spans: [Vec<SpanInterval>; 2],
 }
 
-/// Whether one of the intervals, taken at the slab border given by `end`, holds x.
-fn covers(span: &[Interval], end: impl Fn(&Interval) -> (f64, f64), x: f64) -> bool {
-    span.iter()
-        .map(end)
-        .any(|(enter, exit)| enter <= x && x <= exit)
+/// Whether one of the intervals holds x.
+fn covers(span: &[SpanInterval], x: f64) -> bool {
+    span.iter().any(|i| i.enter.x <= x && x <= i.exit.x)
 }
 
-fn at_top(i: &Interval) -> (f64, f64) {
-    (i.enter.top.x, i.exit.top.x)
-}
-
-fn at_bottom(i: &Interval) -> (f64, f64) {
-    (i.enter.bottom.x, i.exit.bottom.x)
-}
-
-/// The gap right of interval `g` on the border given by `end`.
-fn gap_at(span: &[Interval], end: impl Fn(&Interval) -> (f64, f64), g: usize) -> (f64, f64) {
-    (end(&span[g]).1, end(&span[g + 1]).0)
+/// The gap right of interval `g`.
+fn gap_at(span: &[SpanInterval], g: usize) -> (f64, f64) {
+    (span[g].exit.x, span[g + 1].enter.x)
 }
 
 /// The item of an iterator that has exactly one.
@@ -86,7 +80,7 @@ fn kind(covered: bool) -> Extremum {
 
 impl GapTracks {
     /// Follows the gaps of a silhouette. Between two heights where no chain ends, gaps go on as they are.
-    pub(crate) fn track(&mut self, chains: &Chains, walker: &mut Walker) {
+    fn track(&mut self, chains: &MonotoneChains, cursor: &mut SweepCursor) {
         self.gaps.clear();
         self.ids.clear();
         self.starts.clear();
@@ -94,38 +88,37 @@ impl GapTracks {
         self.heights.clear();
         let [mut above, mut here] = std::mem::take(&mut self.spans);
         above.clear();
-        walker.restart();
+        cursor.restart();
         let mut y = chains.first_y();
         while y.is_finite() {
             self.heights.push(y);
-            walker.enter(chains, y);
-            let end = walker.end(chains);
+            cursor.enter(chains, y);
+            let end = cursor.end(chains);
             if !end.is_finite() {
                 break;
             }
-            walker.intervals_across(chains, (y, end), &mut here);
+            cursor.intervals(chains, y, &mut here);
             if above.len() > 1 || here.len() > 1 {
                 self.add_slab((y, end), &above, &here);
             }
             self.starts.push(self.ids.len() as u32);
-            std::mem::swap(&mut above, &mut here);
+            cursor.intervals(chains, end, &mut above);
             y = end;
         }
         self.spans = [above, here];
     }
 
-    /// Whether no slab has more than one interval.
-    #[must_use]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.gaps.is_empty()
-    }
-
-    fn add_slab(&mut self, (y_top, y_bottom): (f64, f64), above: &[Interval], here: &[Interval]) {
+    fn add_slab(
+        &mut self,
+        (y_top, y_bottom): (f64, f64),
+        above: &[SpanInterval],
+        here: &[SpanInterval],
+    ) {
         let n_above = above.len().saturating_sub(1);
         let n_here = here.len().saturating_sub(1);
         let first_above = self.ids.len() - n_above;
         let touch = |a: usize, h: usize| {
-            let (p, q) = (gap_at(above, at_bottom, a), gap_at(here, at_top, h));
+            let (p, q) = (gap_at(above, a), gap_at(here, h));
             p.0.max(q.0) < p.1.min(q.1)
         };
         for h in 0..n_here {
@@ -135,8 +128,8 @@ impl GapTracks {
             let id = match continued {
                 Some(a) => self.ids[first_above + a],
                 None => {
-                    let (left, right) = gap_at(here, at_top, h);
-                    let top = kind(covers(above, at_bottom, 0.5 * (left + right)));
+                    let (left, right) = gap_at(here, h);
+                    let top = kind(covers(above, 0.5 * (left + right)));
                     self.gaps.push(Gap {
                         y_top,
                         y_bottom,
@@ -152,8 +145,8 @@ impl GapTracks {
         for a in 0..n_above {
             let gap = &mut self.gaps[self.ids[first_above + a] as usize];
             if gap.y_bottom <= y_top {
-                let (left, right) = gap_at(above, at_bottom, a);
-                gap.bottom = kind(covers(here, at_top, 0.5 * (left + right)));
+                let (left, right) = gap_at(above, a);
+                gap.bottom = kind(covers(here, 0.5 * (left + right)));
             }
         }
     }
@@ -169,7 +162,7 @@ impl GapTracks {
 
 /// The gaps of two views that match.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct GapMatching {
+struct GapMatching {
     /// Per gap of the first view: the matching gap of the second.
     partner: Vec<Option<u32>>,
     candidates: Vec<(f64, u32, u32)>,
@@ -178,7 +171,7 @@ pub(crate) struct GapMatching {
 
 impl GapMatching {
     /// Matches gaps one to one, best agreement first.
-    pub(crate) fn assign(&mut self, one: &GapTracks, two: &GapTracks) {
+    fn assign(&mut self, one: &GapTracks, two: &GapTracks) {
         self.candidates.clear();
         for (i, a) in (0_u32..).zip(&one.gaps) {
             for (j, b) in (0_u32..).zip(&two.gaps) {
@@ -204,15 +197,15 @@ impl GapMatching {
 
     /// Where matched gaps cut the spans at height `y`; none when the views order them differently, for then geometry
     /// crosses over between them.
-    pub(crate) fn cuts(&self, one: &GapTracks, two: &GapTracks, y: f64, cuts: &mut Cuts) {
+    fn cuts(&self, one: &GapTracks, two: &GapTracks, y: f64, cuts: &mut Cuts) {
         cuts.clear();
         let others = two.gaps_at(y);
-        for (i, &gap) in (1_u32..).zip(one.gaps_at(y)) {
+        for (i, &gap) in (1..).zip(one.gaps_at(y)) {
             let Some(partner) = self.partner[gap as usize] else {
                 continue;
             };
             if let Some(j) = others.iter().position(|&g| g == partner) {
-                let j = j as u32 + 1;
+                let j = j + 1;
                 if cuts.last().is_some_and(|&(_, before)| before >= j) {
                     cuts.clear();
                     return;
@@ -223,13 +216,39 @@ impl GapMatching {
     }
 }
 
+/// The cliques of two silhouettes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CliqueCuts {
+    gaps: [GapTracks; 2],
+    matching: GapMatching,
+    cuts: Cuts,
+}
+
+impl CliqueCuts {
+    /// Tracks the gaps of both views and matches them.
+    pub(super) fn assign(&mut self, chains: &[MonotoneChains; 2], cursor: &mut SweepCursor) {
+        for (gaps, chains) in self.gaps.iter_mut().zip(chains) {
+            gaps.track(chains, cursor);
+        }
+        let [one, two] = &self.gaps;
+        self.matching.assign(one, two);
+    }
+
+    /// Where the spans at height `y` are cut.
+    pub(super) fn at(&mut self, y: f64) -> &[(usize, usize)] {
+        let [one, two] = &self.gaps;
+        self.matching.cuts(one, two, y, &mut self.cuts);
+        &self.cuts
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
 
     fn track(loops: &[&[(f64, f64)]]) -> GapTracks {
-        let mut chains = Chains::default();
+        let mut chains = MonotoneChains::default();
         for points in loops {
             for &(x, y) in *points {
                 chains.push(DVec3::new(x, y, 0.0));
@@ -238,7 +257,7 @@ mod tests {
         }
         chains.seal();
         let mut tracks = GapTracks::default();
-        tracks.track(&chains, &mut Walker::default());
+        tracks.track(&chains, &mut SweepCursor::default());
         tracks
     }
 
