@@ -1,4 +1,4 @@
-//! One door to all methods of extraction.
+//! The extractor: silhouette edges of a mesh by any of the methods.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
 use crate::watch::unwatched;
-use crate::{DirectedEdge, Stopped, Viewpoint, Watch, edge_list};
+use crate::{DirectedEdge, Stopped, Viewpoint, Watch, Work, edge_list};
 
 /// How silhouette edges are found. All methods find the same ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,24 +70,6 @@ impl ExtractionMethod {
 impl fmt::Display for ExtractionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-/// What one extraction had to look at; independent of the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Edges whose faces were tested, or that were toggled.
-    pub tested_edges: usize,
-    /// Nodes of a search structure that were tested.
-    pub visited_nodes: usize,
-}
-
-impl Work {
-    pub(crate) fn of_edges(tested_edges: usize) -> Self {
-        Self {
-            tested_edges,
-            visited_nodes: 0,
-        }
     }
 }
 

@@ -51,6 +51,7 @@ mod simplify;
 mod viewpoint;
 mod walk;
 mod watch;
+mod work;
 
 pub use align::{
     AlignError, AlignParams, FITS_WITHIN_PX, FITS_WITHIN_REL, Pose, angle_between, refine_pose,
@@ -59,7 +60,7 @@ pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
 pub use cones::{ConeForest, ForestError};
 pub use dual::DualSpace;
 pub use edge_mesh::{EdgeMesh, EdgeMeshError};
-pub use extractor::{ExtractionMethod, Extractor, Work};
+pub use extractor::{ExtractionMethod, Extractor};
 pub use facing::is_front_facing;
 pub use fans::{FanReport, decompose_loops, fan_area};
 pub use loops::{ChainError, OutlineError, chain_loops, image_loops, outline_loops};
@@ -68,6 +69,7 @@ pub use simplify::{Simplified, SimplifyError, SimplifyParams, silhouette_nearnes
 pub use viewpoint::Viewpoint;
 pub use walk::{WALK_STEP_RAD, walk_around};
 pub use watch::{Advance, Stopped, Watch};
+pub use work::Work;
 
 #[cfg(test)]
 mod test_meshes;

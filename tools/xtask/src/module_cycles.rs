@@ -43,7 +43,7 @@ impl ModuleGraph {
         self.arrows().len()
     }
 
-    /// One line for each cycle that is found: the modules that name each other in a circle.
+    /// One line for each circle that is found: the parent module, and which of its children name which.
     pub(crate) fn cycles(&self) -> Vec<String> {
         let mut among_siblings: BTreeMap<&[String], BTreeSet<(&str, &str)>> = BTreeMap::new();
         let arrows = self.arrows();
@@ -60,10 +60,18 @@ impl ModuleGraph {
             for module in modules {
                 let circle = circle_through(module, arrows);
                 if !circle.is_empty() {
-                    let names: Vec<String> = (circle.into_iter())
-                        .map(|name| [parent, &[name.to_owned()][..]].concat().join("::"))
+                    let is_inside = |arrow: &&(&str, &str)| {
+                        circle.contains(arrow.0) && circle.contains(arrow.1)
+                    };
+                    let named: Vec<String> = (arrows.iter().filter(is_inside))
+                        .map(|(from, to)| format!("{from} names {to}"))
                         .collect();
-                    found.insert(names.join(", "));
+                    let place = ["crate", &parent.join("::")].join("::");
+                    found.insert(format!(
+                        "{}: {}",
+                        place.trim_end_matches(':'),
+                        named.join(", ")
+                    ));
                 }
             }
             found
@@ -312,7 +320,7 @@ mod tests {
             ("a", "use crate::b::B; pub struct A(B);"),
             ("b", "pub struct B; fn f() -> Option<super::a::A> { None }"),
         ];
-        assert_eq!(cycles(&modules, ""), ["a, b"]);
+        assert_eq!(cycles(&modules, ""), ["crate: a names b, b names a"]);
     }
 
     #[test]
@@ -323,7 +331,10 @@ mod tests {
             ("c", "use crate::a; pub struct C; fn f(_: a::A) {}"),
         ];
         let root = "pub use b::inner::B as Shown;";
-        assert_eq!(cycles(&modules, root), ["a, b, c"]);
+        assert_eq!(
+            cycles(&modules, root),
+            ["crate: a names b, b names c, c names a"]
+        );
     }
 
     #[test]
