@@ -8,8 +8,8 @@ use silmap_exact::{ConeForest, EdgeMesh, Extractor, Viewpoint};
 use silmap_geometry::Camera;
 use silmap_map::asset::Asset;
 use silmap_map::{Method, MapReader, outline};
-use silmap_preprocess::hull::ProgressiveHull;
-use silmap_preprocess::mesh_io::{LoadOptions, load_bytes};
+use silmap_hull::ProgressiveHull;
+use silmap_mesh_io::{LoadOptions, load_bytes};
 
 /// Reads a mesh as a file of that format and, when that works, mends it in every way there is.
 ///
@@ -46,7 +46,7 @@ pub fn is_one_sentence(message: &str) -> bool {
 
 /// The mesh that saved cone forests belong to.
 pub static FOREST_MESH: LazyLock<EdgeMesh> = LazyLock::new(|| {
-    EdgeMesh::new(&silmap_preprocess::models::torus(400)).expect("a torus is closed")
+    EdgeMesh::new(&silmap_models::torus(400)).expect("a torus is closed")
 });
 
 /// Outlines of an asset's map from eyes on all sides, near and far, by every method.

@@ -9,10 +9,11 @@ use silmap_exact::ConeForest;
 use silmap_fuzz::FOREST_MESH;
 use silmap_geometry::ClosedMesh;
 use silmap_map::asset;
-use silmap_preprocess::hull::{self, HullParams};
-use silmap_preprocess::mesh_io::encode;
+use silmap_hull::{self as hull, HullParams};
+use silmap_mesh_io::encode;
 use silmap_preprocess::pipeline::{BuildParams, build};
-use silmap_preprocess::{Monitor, models};
+use silmap_geometry::Watch;
+use silmap_models as models;
 
 /// Fewer faces make smaller files, which a fuzzer gets through faster.
 const FACES: usize = 60;
@@ -52,7 +53,7 @@ fn main() -> anyhow::Result<()> {
             inner,
             ..HullParams::default()
         };
-        let sequence = hull::build(&closed, &params, &Monitor::silent())?;
+        let sequence = hull::build(&closed, &params, &Watch::silent())?;
         put(&folder, "hull_sequence", name, &sequence.to_bytes())?;
     }
     let mut params = BuildParams {
@@ -65,7 +66,7 @@ fn main() -> anyhow::Result<()> {
     params.textures.views = 2;
     params.textures.size_px = 16;
     params.textures.atlas_px = 16;
-    let (made, _) = build(&closed, "torus", &params, &Monitor::silent())?;
+    let (made, _) = build(&closed, "torus", &params, &Watch::silent())?;
     put(&folder, "asset", "torus.glb", &asset::write(&made)?)?;
     Ok(())
 }

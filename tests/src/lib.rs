@@ -3,5 +3,6 @@
 
 pub mod dense_maps;
 pub mod device;
+pub mod outside;
 pub mod scene;
 pub mod tolerance;

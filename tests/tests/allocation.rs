@@ -4,7 +4,7 @@
 use glam::DVec3;
 use silmap_geometry::{Camera, CoverageRule};
 use silmap_map::{MapReader, Method};
-use silmap_preprocess::models;
+use silmap_models as models;
 use silmap_preprocess::simplify_contour::add_levels;
 use silmap_tests::dense_maps::dense;
 

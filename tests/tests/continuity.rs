@@ -7,8 +7,8 @@ use glam::DVec3;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{MapReader, Method, SilhouetteMap};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
-use silmap_preprocess::models;
 use silmap_tests::dense_maps::dense;
 
 const SIDE: u32 = 512;

@@ -3,14 +3,15 @@
 #![allow(clippy::print_stdout, reason = "the errors are worth reading")]
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
     DETAIL_BOUND_PX, Detail, Interpolation, MapReader, Method, SilhouetteMap, ViewContour, outline,
 };
+use silmap_models as models;
 use silmap_preprocess::evaluate::{EvaluateParams, evaluate, summarise};
 use silmap_preprocess::simplify_contour::add_levels;
-use silmap_preprocess::{Monitor, models};
 use silmap_tests::dense_maps::dense;
 
 fn map_with_levels(mesh: &TriangleMesh, coverage: CoverageRule) -> SilhouetteMap {
@@ -33,7 +34,7 @@ fn errors(
         detail,
         ..EvaluateParams::default()
     };
-    let errors = evaluate(map, mesh, &params, &Monitor::silent()).unwrap();
+    let errors = evaluate(map, mesh, &params, &Watch::silent()).unwrap();
     let summary = summarise(&errors)[0];
     (summary.misclassified_mean, summary.escaped_mean)
 }

@@ -10,10 +10,10 @@ use silmap_gpu::Gpu;
 use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet,
 };
+use silmap_models as models;
 use silmap_preprocess::capture::gpu::GpuCapture;
 use silmap_preprocess::capture::{cpu, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_runtime::{
     Antialias, Background, ClipShape, FrameParams, Mode, RenderError, Renderer, RendererOptions,
 };

@@ -7,7 +7,7 @@ use silmap_exact::{Outliner, silhouette_edges};
 use silmap_geometry::polygon::{self, fill_even_odd};
 use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_preprocess::models::{self, ModelKind};
+use silmap_models::{self as models, ModelKind};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, RenderError, Renderer,
     RendererOptions,

@@ -18,9 +18,9 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Loop, Mask};
 use silmap_map::{CapturedView, MapReader, Method, Polytope, SilhouetteMap, ViewContour, outline};
+use silmap_models as models;
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_tests::dense_maps::dense;
 
 /// Side of captures and pictures, pixels.

@@ -1,6 +1,8 @@
-//! The extractor: silhouette edges of a mesh by any of the methods.
+//! The extractor: silhouette edges of a mesh by any of its methods.
 
 use std::fmt;
+
+use silmap_geometry::{Interrupted, Watch};
 
 use crate::backface_regions::{FacingRegions, region_hierarchy};
 use crate::brute::{Brute, BruteParallel};
@@ -10,8 +12,7 @@ use crate::dual::{Division, MovingSilhouette};
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
-use crate::watch::unwatched;
-use crate::{DirectedEdge, Stopped, Viewpoint, Watch, Work, edge_list};
+use crate::{DirectedEdge, Viewpoint, Work, edge_list};
 
 /// How silhouette edges are found. All methods find the same ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -102,19 +103,19 @@ impl<'m> Extractor<'m> {
     /// Precomputes what `method` needs.
     #[must_use]
     pub fn new(mesh: &'m EdgeMesh, method: ExtractionMethod) -> Self {
-        let made = Self::watched(mesh, method, &mut unwatched);
-        made.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
+        let made = Self::watched(mesh, method, &Watch::silent());
+        made.unwrap_or_else(|Interrupted| unreachable!("nobody stops it"))
     }
 
-    /// As [`Self::new`]; `watch` hears how far the work is, where it takes long, and may end it.
+    /// As [`Self::new`]; with a watch over what takes long, the forest of [`ExtractionMethod::Cones`].
     ///
     /// # Errors
-    /// When `watch` ends the work.
+    /// When the caller asks to stop.
     pub fn watched(
         mesh: &'m EdgeMesh,
         method: ExtractionMethod,
-        watch: &mut Watch<'_>,
-    ) -> Result<Self, Stopped> {
+        watch: &Watch<'_>,
+    ) -> Result<Self, Interrupted> {
         let data = match method {
             ExtractionMethod::Brute => MethodData::Brute(Brute::default()),
             ExtractionMethod::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),

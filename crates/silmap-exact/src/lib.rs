@@ -68,7 +68,7 @@ pub use outline::Outliner;
 pub use simplify::{Simplified, SimplifyError, SimplifyParams, silhouette_nearness, simplify};
 pub use viewpoint::Viewpoint;
 pub use walk::{WALK_STEP_RAD, walk_around};
-pub use watch::{Advance, Stopped, Watch};
+pub use watch::{FIT, SEARCH, SIMPLIFY};
 pub use work::Work;
 
 #[cfg(test)]

@@ -13,10 +13,10 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 use silmap_geometry::camera::in_short;
-use silmap_geometry::{Appearance, ClosedMesh, TriangleMesh};
+use silmap_geometry::{Appearance, ClosedMesh, Interrupted, TriangleMesh, Watch};
 use thiserror::Error;
 
-use crate::{Advance, Watch};
+use crate::watch::{Counter, SIMPLIFY};
 
 mod looks;
 mod nearness;
@@ -65,8 +65,8 @@ pub enum SimplifyError {
         wanted: &'static str,
     },
     /// The caller asked to stop.
-    #[error("interrupted")]
-    Interrupted,
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
     /// A viewpoint is nowhere.
     #[error("viewpoint {index} is not finite")]
     BadEye {
@@ -119,15 +119,15 @@ pub struct Simplified {
 
 /// Collapses edges of `mesh` down to the faces asked for, or as far as it goes, keeping what is on or near its silhouettes from
 /// `eyes`. Without eyes this is plain simplification. Colours and texture coordinates are interpolated, and seams kept as long as
-/// there is anything else to collapse. `watch` counts faces, looked at and then removed.
+/// there is anything else to collapse. The stage [`SIMPLIFY`] counts faces, looked at and then removed.
 ///
 /// # Errors
-/// When a parameter or an eye makes no sense, or `watch` ends the work.
+/// When a parameter or an eye makes no sense, or the caller asks to stop.
 pub fn simplify(
     mesh: &ClosedMesh,
     eyes: &[DVec3],
     params: &SimplifyParams,
-    watch: &mut Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Simplified, SimplifyError> {
     check(eyes, params)?;
     let bounds = mesh.bounds();
@@ -144,10 +144,7 @@ pub fn simplify(
         .faces
         .len()
         .saturating_sub(params.target_faces as usize);
-    let mut counter = Counter {
-        watch,
-        total: (looked_at + removed) as u64,
-    };
+    let mut counter = Counter::start(watch, SIMPLIFY, (looked_at + removed) as u64, 1);
     let nearness = watched_nearness(mesh, eyes, params.band_rad, &mut counter)?;
     let mut quadrics = vec![Quadric::default(); mesh.positions.len()];
     for &face in &mesh.faces {
@@ -173,7 +170,7 @@ pub fn simplify(
     let vertex_count = mesh.positions.len() as u32;
     collapses.push_all(vertex_count, &mut |v| {
         // A closed mesh has about two faces for each vertex.
-        counter.tell((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))
+        counter.tell_done((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))
     })?;
     let mut stretched = 0;
     for step in 0_u32.. {
@@ -183,18 +180,19 @@ pub fn simplify(
         }
         let done = (looked_at + mesh.faces.len() - left) as u64;
         if step.is_multiple_of(STEPS_UNWATCHED) {
-            counter.tell(done)?;
+            counter.tell_done(done)?;
         }
         match collapses.step() {
             Some(by_force) => stretched += u32::from(by_force),
             // Only what tears seams is left.
             None if !collapses.is_forced && !collapses.looks.is_empty() => {
                 collapses.is_forced = true;
-                collapses.push_all(vertex_count, &mut |_| counter.tell(done))?;
+                collapses.push_all(vertex_count, &mut |_| counter.tell_done(done))?;
             }
             None => break,
         }
     }
+    counter.finish();
     let (positions, faces, left) = collapses.work.into_parts();
     let appearance = if looks.is_empty() {
         Appearance::default()
@@ -253,7 +251,7 @@ impl Collapses<'_> {
     fn push_all(
         &mut self,
         vertex_count: u32,
-        tell: &mut dyn FnMut(u32) -> Result<(), SimplifyError>,
+        tell: &mut dyn FnMut(u32) -> Result<(), Interrupted>,
     ) -> Result<(), SimplifyError> {
         for v in 0..vertex_count {
             if v.is_multiple_of(STEPS_UNWATCHED) {
@@ -350,26 +348,6 @@ const VALENCE_STEP: u32 = 4;
 
 /// Vertices looked at, or edges tried, between one call of the watcher and the next.
 const STEPS_UNWATCHED: u32 = 1024;
-
-/// Who is told how far the work is.
-struct Counter<'a, 'w> {
-    watch: &'a mut Watch<'w>,
-    total: u64,
-}
-
-impl Counter<'_, '_> {
-    fn tell(&mut self, done: u64) -> Result<(), SimplifyError> {
-        let advance = Advance {
-            done: done.min(self.total),
-            total: self.total,
-        };
-        if (self.watch)(advance) {
-            Ok(())
-        } else {
-            Err(SimplifyError::Interrupted)
-        }
-    }
-}
 
 fn check(eyes: &[DVec3], params: &SimplifyParams) -> Result<(), SimplifyError> {
     let bad = |name, value, wanted| {

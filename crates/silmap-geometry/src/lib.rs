@@ -21,6 +21,7 @@ pub mod predicates;
 pub mod repair;
 pub mod topology;
 pub mod triangulate;
+pub mod watch;
 
 pub use bvh::{Bvh, Hit};
 pub use camera::{Camera, CameraError, CoverageRule};
@@ -31,3 +32,4 @@ pub use mask::Mask;
 pub use mesh::{Appearance, Bounds, ColourImage, Material, TextureWrap, TriangleMesh};
 pub use polygon::Loop;
 pub use topology::Topology;
+pub use watch::{Interrupted, Stage, StageEvent, Watch};

@@ -18,7 +18,8 @@ use thiserror::Error;
 
 use crate::capture::cpu::rasterise;
 use crate::capture::{CaptureError, spiral_directions};
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 /// Where the test viewpoints lie, along random directions from the center.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -202,7 +203,7 @@ pub fn evaluate(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &EvaluateParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
     let eyes = viewpoints(map, params)?;
     evaluate_at(&eyes, map, model, params, monitor)
@@ -217,13 +218,13 @@ pub fn evaluate_at(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &EvaluateParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
     if eyes.is_empty() || params.methods.is_empty() {
         return Err(EvaluateError::Nothing);
     }
     let prepared = MapReader::new(map)?;
-    monitor.start(Stage::Evaluate, eyes.len() as u64);
+    monitor.start(progress::EVALUATE, eyes.len() as u64);
     let per_eye: Vec<Vec<ViewpointError>> = eyes
         .par_iter()
         .map_init(
@@ -248,12 +249,12 @@ pub fn evaluate_at(
                         inside_px: seen.truth.count(),
                     });
                 }
-                monitor.advance(Stage::Evaluate, 1);
+                monitor.advance(progress::EVALUATE, 1);
                 Ok(errors)
             },
         )
         .collect::<Result<_, EvaluateError>>()?;
-    monitor.finish(Stage::Evaluate);
+    monitor.finish(progress::EVALUATE);
     Ok(per_eye.into_iter().flatten().collect())
 }
 

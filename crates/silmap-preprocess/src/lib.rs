@@ -4,11 +4,7 @@ pub mod capture;
 pub mod dense_map;
 pub mod evaluate;
 pub mod fewer_views;
-pub mod hull;
-pub mod input;
 pub mod mask_image;
-pub mod mesh_io;
-pub mod models;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;
@@ -18,4 +14,4 @@ pub mod texture;
 pub mod trace;
 pub mod uniform;
 
-pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};
+pub use progress::PrepWarning;

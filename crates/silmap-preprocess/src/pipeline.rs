@@ -21,9 +21,7 @@ use thiserror::Error;
 
 use crate::capture::{Backend, CaptureError, CaptureParams, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
-use crate::hull::{self, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
-use crate::mesh_io::{AlphaUse, LoadOptions};
-use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
+use crate::progress::{self, PrepWarning};
 use crate::recipe::Recipe;
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{
@@ -32,6 +30,9 @@ use crate::simplify_map::{
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
 use crate::uniform::{captured_errors, uniform_counts};
+use silmap_geometry::watch::{Interrupted, Watch};
+use silmap_hull::{self as hull, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
+use silmap_mesh_io::{AlphaUse, LoadOptions};
 
 /// How an asset is made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -166,7 +167,7 @@ pub fn build(
     model: &ClosedMesh,
     name: &str,
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<(Asset, BuildReport), BuildError> {
     let mut seconds = StageSeconds::default();
     // What no eye can see costs nothing; the record is of the whole.
@@ -186,20 +187,20 @@ pub fn build(
         params.resolution_px,
     )?;
     let masks = timed(&mut seconds.capture, || {
-        capture(model, &cameras, &params.capture, monitor)
+        capture(model, &cameras, &params.capture, watch)
     })?;
     let views = timed(&mut seconds.contours, || {
-        captured_views(model, &tree, (&cameras, &masks), params, monitor)
+        captured_views(model, &tree, (&cameras, &masks), params, watch)
     })?;
     let dense = dense_map::build(views, &dense_params(model, params))?;
     check_readable(&dense, params)?;
 
     // Views that their neighbours predict well go.
     let (mut map, map_report) = timed(&mut seconds.map, || {
-        simplify(&dense, &masks, &params.map, monitor)
+        simplify(&dense, &masks, &params.map, watch)
     })?;
     let uniform_curve = timed(&mut seconds.map, || {
-        uniform_curve((model, &tree), (&cameras, &masks), params, monitor)
+        uniform_curve((model, &tree), (&cameras, &masks), params, watch)
     })?;
     drop(masks);
     // Coarser contours for pictures in which the model is small.
@@ -207,13 +208,19 @@ pub fn build(
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
-        let sequence = hull::build(model, &params.hull, monitor)?;
+        let sequence = hull::build(model, &params.hull, watch)?;
         let faces = params.hull.target_faces as usize;
-        let level = sequence.tightened_level(faces, params.tightening, monitor)?;
-        Ok::<_, HullError>(level.round().hull)
+        let level = sequence.tightened_level(faces, params.tightening, watch)?;
+        let rounded = level.round();
+        Ok::<_, HullError>(CoarseHull {
+            positions: rounded.positions,
+            faces: rounded.faces,
+            surface_points: rounded.surface_points,
+            volume_ratio: rounded.volume_ratio,
+        })
     })?;
     let textures = timed(&mut seconds.textures, || {
-        texture::bake(model, &tree, &hull, &params.textures, monitor)
+        texture::bake(model, &tree, &hull, &params.textures, watch)
     })?;
 
     let hull_check = timed(&mut seconds.hull, || check_hull(model, &hull, params));
@@ -262,17 +269,17 @@ fn captured_views(
     tree: &Bvh,
     (cameras, masks): (&[Camera], &[Mask]),
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<CapturedView>, BuildError> {
     let simplification = SimplifyContourParams {
         tolerance_px: params.tolerance_px,
         // What is captured conservatively must stay so.
         outward_only: params.capture.coverage == CoverageRule::Any,
     };
-    monitor.start(Stage::Contours, cameras.len() as u64);
+    watch.start(progress::CONTOURS, cameras.len() as u64);
     let views = (cameras.par_iter().zip(masks).enumerate())
         .map(|(view, (&camera, mask))| {
-            monitor.check()?;
+            watch.check()?;
             let loops = simplify_contours(&trace_contours(mask), &simplification);
             if loops.is_empty() {
                 return Err(BuildError::NothingSeen { view: view as u32 });
@@ -287,11 +294,11 @@ fn captured_views(
                     ..ViewContour::default()
                 })
                 .collect();
-            monitor.advance(Stage::Contours, 1);
+            watch.advance(progress::CONTOURS, 1);
             Ok(CapturedView { camera, contours })
         })
         .collect::<Result<_, _>>()?;
-    monitor.finish(Stage::Contours);
+    watch.finish(progress::CONTOURS);
     Ok(views)
 }
 
@@ -326,21 +333,21 @@ pub fn uniform_map(
     model: &ClosedMesh,
     params: &BuildParams,
     views: u32,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, monitor)
+    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, watch)
 }
 
 fn uniform_map_of(
     (model, tree): (&ClosedMesh, &Bvh),
     params: &BuildParams,
     views: u32,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
     let radius = params.view_radius_rel * model.bounds().radius;
     let cameras = view_sphere(model.bounds(), radius, views, params.resolution_px)?;
-    let masks = capture(model, &cameras, &params.capture, monitor)?;
-    let views = captured_views(model, tree, (&cameras, &masks), params, monitor)?;
+    let masks = capture(model, &cameras, &params.capture, watch)?;
+    let views = captured_views(model, tree, (&cameras, &masks), params, watch)?;
     Ok(dense_map::build(views, &dense_params(model, params))?)
 }
 
@@ -350,22 +357,22 @@ fn uniform_curve(
     model: (&ClosedMesh, &Bvh),
     captured: (&[Camera], &[Mask]),
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<(u32, f64)>, Interrupted> {
     let counts = uniform_counts(params.views);
-    monitor.start(Stage::Evaluate, counts.len() as u64);
+    watch.start(progress::EVALUATE, counts.len() as u64);
     let mut curve = Vec::with_capacity(counts.len());
     for views in counts {
-        monitor.check()?;
-        if let Ok(map) = uniform_map_of(model, params, views, &monitor.quiet())
+        watch.check()?;
+        if let Ok(map) = uniform_map_of(model, params, views, &watch.quiet())
             && let Ok(errors) = captured_errors(&map, captured, params.map.method)
         {
             curve.push((views, errors.mean));
         }
-        monitor.advance(Stage::Evaluate, 1);
+        watch.advance(progress::EVALUATE, 1);
     }
-    monitor.finish(Stage::Evaluate);
-    monitor.check()?;
+    watch.finish(progress::EVALUATE);
+    watch.check()?;
     Ok(curve)
 }
 
@@ -526,7 +533,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::models;
+    use silmap_models as models;
 
     fn small_params() -> BuildParams {
         let mut params = BuildParams {
@@ -548,8 +555,7 @@ mod tests {
 
     #[test]
     fn an_asset_has_what_was_asked_for() {
-        let (asset, report) =
-            build(&torus(), "torus", &small_params(), &Monitor::silent()).unwrap();
+        let (asset, report) = build(&torus(), "torus", &small_params(), &Watch::silent()).unwrap();
         assert_eq!(asset.map.views.len(), 20);
         assert_eq!(asset.map.triangles.len(), 2 * 20 - 4);
         assert!(asset.map.has_depth());
@@ -574,7 +580,7 @@ mod tests {
         let mut params = small_params();
         params.hull.target_faces = 500;
         let far = ClosedMesh::try_from(far).unwrap();
-        let (_, report) = build(&far, "torus", &params, &Monitor::silent()).unwrap();
+        let (_, report) = build(&far, "torus", &params, &Watch::silent()).unwrap();
         assert!(!report.hull_check.encloses, "{:?}", report.hull_check);
         let is_leak = |w: &PrepWarning| matches!(w, PrepWarning::HullLeaks { .. });
         assert!(report.warnings.iter().any(is_leak), "{:?}", report.warnings);
@@ -586,7 +592,7 @@ mod tests {
             view_radius_rel: 0.9,
             ..small_params()
         };
-        let made = build(&torus(), "torus", &params, &Monitor::silent());
+        let made = build(&torus(), "torus", &params, &Watch::silent());
         assert!(matches!(made, Err(BuildError::Camera(_))), "{made:?}");
     }
 
@@ -601,7 +607,7 @@ mod tests {
             &ClosedMesh::try_from(flat).unwrap(),
             "needle",
             &small_params(),
-            &Monitor::silent(),
+            &Watch::silent(),
         );
         assert!(
             matches!(made, Err(BuildError::NothingSeen { .. })),
@@ -616,7 +622,7 @@ mod tests {
             &torus(),
             "torus",
             &small_params(),
-            &Monitor::new(&|_| {}, &stop),
+            &Watch::new(&|_| {}, &stop),
         );
         assert!(made.is_err());
     }

@@ -16,7 +16,8 @@ use silmap_geometry::Mask;
 use silmap_map::{CapturedErrors, CollapseOrder, Method, SilhouetteMap};
 use thiserror::Error;
 
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 mod order;
 mod polytope;
@@ -91,7 +92,7 @@ pub enum SimplifyMapError {
 /// Stale candidates evaluated at a time: enough for all cores, and fixed, so that the result depends on no thread count.
 const BATCH: usize = 16;
 
-/// First evaluations between two looks at the monitor.
+/// First evaluations between two looks at the watch.
 const CHUNK: usize = 256;
 
 /// A collapse in the heap with the cost it had when it was last evaluated.
@@ -131,7 +132,7 @@ pub fn simplify(
     dense: &SilhouetteMap,
     masks: &[Mask],
     params: &SimplifyMapParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<(SilhouetteMap, SimplifyMapReport), SimplifyMapError> {
     let views = dense.views.len();
     if masks.len() != views {
@@ -145,12 +146,12 @@ pub fn simplify(
     } else {
         params.keep.max(4)
     };
-    monitor.start(Stage::Map, views.saturating_sub(target as usize) as u64);
+    watch.start(progress::MAP, views.saturating_sub(target as usize) as u64);
     let mut work = Simplification::new(dense, masks, params);
-    work.evaluate_all(monitor)?;
+    work.evaluate_all(watch)?;
     while work.polytope.view_count() > target as usize {
-        monitor.check()?;
-        let Some(candidate) = work.next_collapse(monitor)? else {
+        watch.check()?;
+        let Some(candidate) = work.next_collapse(watch)? else {
             break;
         };
         let total = work.error_sum + candidate.cost;
@@ -163,16 +164,16 @@ pub fn simplify(
         if work.apply(candidate.collapse) {
             work.note_collapse(candidate.collapse);
         }
-        monitor.advance(Stage::Map, 1);
+        watch.advance(progress::MAP, 1);
     }
-    monitor.finish(Stage::Map);
-    work.refine(monitor)?;
+    watch.finish(progress::MAP);
+    work.refine(watch)?;
     let moved = work.captured_errors();
     if let Some(last) = work.report.curve.last_mut() {
         last.1 = moved.mean;
     }
     let map = work.chosen_map();
-    work.report.order = work.order(monitor)?;
+    work.report.order = work.order(watch)?;
     Ok((map, work.report))
 }
 
@@ -210,10 +211,10 @@ impl<'a> Simplification<'a> {
     }
 
     /// Puts every possible collapse into the heap.
-    fn evaluate_all(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
+    fn evaluate_all(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
         let collapses: Vec<Collapse> = self.polytope.collapses().collect();
         for chunk in collapses.chunks(CHUNK) {
-            monitor.check()?;
+            watch.check()?;
             self.evaluate(chunk);
         }
         Ok(())
@@ -313,11 +314,11 @@ impl<'a> Simplification<'a> {
     }
 
     /// The cheapest collapse; before there is none, those that were not allowed once are tried again.
-    fn next_collapse(&mut self, monitor: &Monitor<'_>) -> Result<Option<Candidate>, Interrupted> {
+    fn next_collapse(&mut self, watch: &Watch<'_>) -> Result<Option<Candidate>, Interrupted> {
         if let Some(candidate) = self.cheapest_collapse() {
             return Ok(Some(candidate));
         }
-        self.evaluate_all(monitor)?;
+        self.evaluate_all(watch)?;
         Ok(self.cheapest_collapse())
     }
 

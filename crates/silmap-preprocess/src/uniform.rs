@@ -65,11 +65,11 @@ pub fn captured_errors(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Monitor;
     use crate::capture::{Backend, CaptureParams, capture, view_sphere};
-    use crate::models;
     use crate::pipeline::{BuildParams, build, uniform_map};
     use silmap_geometry::ClosedMesh;
+    use silmap_geometry::Watch;
+    use silmap_models as models;
 
     fn small_params() -> BuildParams {
         let mut params = BuildParams {
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn more_views_are_better_and_chosen_views_are_best() {
         let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-        let (asset, _) = build(&model, "torus", &small_params(), &Monitor::silent()).unwrap();
+        let (asset, _) = build(&model, "torus", &small_params(), &Watch::silent()).unwrap();
         let curve = &asset.record.uniform_curve;
         let counts: Vec<u32> = curve.iter().map(|(views, _)| *views).collect();
         assert_eq!(counts, uniform_counts(128));
@@ -114,8 +114,8 @@ mod tests {
             backend: Backend::Cpu,
             ..CaptureParams::default()
         };
-        let mut masks = capture(&model, &cameras, &capture_params, &Monitor::silent()).unwrap();
-        let map = uniform_map(&model, &params, 60, &Monitor::silent()).unwrap();
+        let mut masks = capture(&model, &cameras, &capture_params, &Watch::silent()).unwrap();
+        let map = uniform_map(&model, &params, 60, &Watch::silent()).unwrap();
         let measure = |masks: &[Mask]| captured_errors(&map, (&cameras, masks), Method::Tight);
         // The map's own views: nothing but what simplified contours cut off.
         let own = measure(&masks).unwrap();

@@ -13,7 +13,7 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap};
-use silmap_preprocess::mesh_io::AlphaUse;
+use silmap_mesh_io::AlphaUse;
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
 pub(crate) use building::{AttachArgs, BuildArgs, DemoArgs};
@@ -158,7 +158,7 @@ pub(crate) enum BackendArg {
     Auto,
     /// Every core of the CPU; the same bytes on every machine
     Cpu,
-    /// The graphics adapter, software ones included
+    /// The graphics adapter, software ones included: a mesh is rasterised in fixed point that vendors choose, so a pixel on a border may differ between adapters, and contours and bytes with it
     Gpu,
 }
 

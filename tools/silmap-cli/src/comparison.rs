@@ -3,11 +3,11 @@
 
 use glam::DVec3;
 use silmap_exact::{EdgeMesh, ExtractionMethod, Viewpoint, walk_around};
+use silmap_geometry::Watch;
 use silmap_geometry::{Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
+use silmap_hull::{self as hull, HullParams};
 use silmap_map::{Asset, Method, asset};
-use silmap_preprocess::Monitor;
-use silmap_preprocess::hull::{self, HullParams};
 use silmap_report::{
     Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
 };
@@ -44,7 +44,7 @@ pub(crate) fn compare(
     bytes: &[u8],
     model: &ClosedMesh,
     gpu: Option<&Gpu>,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> anyhow::Result<Comparison> {
     let meshes = resolutions(model, monitor)?;
     let (center, radius) = (asset.map.center, asset.map.radius);
@@ -157,7 +157,7 @@ fn frame_times(
 }
 
 /// Coarser hulls of the model, and the model.
-fn resolutions(model: &ClosedMesh, monitor: &Monitor<'_>) -> anyhow::Result<Vec<TriangleMesh>> {
+fn resolutions(model: &ClosedMesh, monitor: &Watch<'_>) -> anyhow::Result<Vec<TriangleMesh>> {
     let most = (LARGEST_SHARE * model.mesh().faces.len() as f64) as usize;
     let params = HullParams {
         target_faces: LEVEL_FACES[0] as u32,

@@ -21,11 +21,11 @@ use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
+use silmap_geometry::Interrupted;
 use silmap_gpu::GpuError;
-use silmap_preprocess::Interrupted;
+use silmap_mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::capture::CaptureError;
 use silmap_preprocess::evaluate::EvaluateError;
-use silmap_preprocess::mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::pipeline::BuildError;
 use silmap_runtime::RenderError;
 

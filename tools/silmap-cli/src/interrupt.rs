@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use silmap_preprocess::Interrupted;
+use silmap_geometry::Interrupted;
 
 use crate::exit::ExitClass;
 
@@ -26,7 +26,7 @@ pub(crate) fn install_handler() -> anyhow::Result<()> {
     .context("ctrl-c cannot be handled")
 }
 
-/// The flag, for a [`silmap_preprocess::Monitor`].
+/// The flag, for a [`silmap_geometry::Watch`].
 pub(crate) fn flag() -> &'static AtomicBool {
     &STOP
 }

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::{Bounds, Camera, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Interpolation, MapReader, Method, SilhouetteMap, Transfer, asset};
-use silmap_preprocess::Monitor;
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::triangulate_view_sphere;
 use silmap_preprocess::evaluate::{
@@ -78,7 +78,7 @@ pub(crate) fn measure<'a>(
     bytes: &[u8],
     model: &'a TriangleMesh,
     (params, gpu): (&MeasureParams, Option<&Gpu>),
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> anyhow::Result<Report<'a>> {
     let started = Instant::now();
     let map = &asset.map;
@@ -139,7 +139,7 @@ fn place_errors(
     model: &TriangleMesh,
     (place, description): (Place, &str),
     params: &MeasureParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<PlaceErrors, EvaluateError> {
     let params = EvaluateParams {
         place,
@@ -197,7 +197,7 @@ fn direction_errors(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &MeasureParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<DirectionErrors>, EvaluateError> {
     let eyes = spread_viewpoints(map, params.directions)?;
     let errors = evaluate_at(&eyes, map, model, &evaluate_params(map, params), monitor)?;

@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn every_level_is_seen_on_white() {
-        let mesh = silmap_preprocess::models::torus(200);
+        let mesh = silmap_models::torus(200);
         let mut larger = mesh.clone();
         for p in &mut larger.positions {
             *p *= 1.5;

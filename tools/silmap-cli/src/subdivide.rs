@@ -56,7 +56,7 @@ fn quarters<const N: usize>(corners: &[[f32; N]; 3]) -> [[[f32; N]; 3]; 4] {
 mod tests {
     use super::*;
     use silmap_geometry::ClosedMesh;
-    use silmap_preprocess::models;
+    use silmap_models as models;
 
     #[test]
     fn the_surface_stays_and_is_closed() {

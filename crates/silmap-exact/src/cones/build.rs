@@ -12,11 +12,12 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
+use silmap_geometry::Interrupted;
 use silmap_geometry::lp::HalfSpace;
 
 use super::cone::{ConePair, Plane, normal, planes_of};
 use crate::edge_mesh::EdgeMesh;
-use crate::watch::{Counter, Stopped};
+use crate::watch::Counter;
 
 /// Cost of testing a node over that of testing an edge: the paper's k_a/k_e.
 const NODE_COST: f64 = 4.0 / 3.0;
@@ -139,8 +140,8 @@ const EDGES_AT_ONCE: usize = 1 << 11;
 /// whose planes are looked at.
 pub(super) fn build_forest(
     mesh: &EdgeMesh,
-    counter: &mut Counter<'_, '_>,
-) -> Result<BuiltForest, Stopped> {
+    counter: &mut Counter<'_>,
+) -> Result<BuiltForest, Interrupted> {
     let mut builder = Builder::new(mesh, counter)?;
     let mut heap = BinaryHeap::from(builder.first_candidates(counter)?);
     let mut scratch = Scratch::default();
@@ -162,7 +163,7 @@ pub(super) fn build_forest(
 }
 
 impl Builder {
-    fn new(mesh: &EdgeMesh, counter: &mut Counter<'_, '_>) -> Result<Self, Stopped> {
+    fn new(mesh: &EdgeMesh, counter: &mut Counter<'_>) -> Result<Self, Interrupted> {
         let planes = planes_of(mesh);
         let edge_count = mesh.edges().len();
         let node_of = |scratch: &mut Scratch, edge: usize| {
@@ -203,7 +204,7 @@ impl Builder {
         self.node_of_root[root as usize]
     }
 
-    fn first_candidates(&self, counter: &mut Counter<'_, '_>) -> Result<Vec<Candidate>, Stopped> {
+    fn first_candidates(&self, counter: &mut Counter<'_>) -> Result<Vec<Candidate>, Interrupted> {
         let mut candidates = Vec::new();
         let edge_count = self.links.len();
         for first in (0..edge_count).step_by(EDGES_AT_ONCE) {

@@ -8,9 +8,7 @@ use super::document::{
     TexturePart,
 };
 use super::pictures::{check_atlas_picture, check_picture};
-use super::{
-    Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, read, references, silhouettes,
-};
+use super::{Asset, AssetError, hull_mesh, levels, order, paint, read, references, silhouettes};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///

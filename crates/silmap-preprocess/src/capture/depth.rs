@@ -187,11 +187,11 @@ impl<'a> Probe<'a> {
 mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
-    use crate::models;
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
     use crate::trace::trace_contours;
     use glam::DVec3;
     use silmap_geometry::{CoverageRule, Mask, TriangleMesh};
+    use silmap_models as models;
 
     const SIZE_PX: u32 = 512;
 

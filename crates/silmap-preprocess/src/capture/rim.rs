@@ -230,12 +230,12 @@ impl Rim<'_> {
 mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
-    use crate::models;
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
     use crate::trace::trace_contours;
     use glam::DVec3;
     use silmap_geometry::polygon::signed_area;
     use silmap_geometry::{CoverageRule, Mask, TriangleMesh};
+    use silmap_models as models;
 
     fn captured(mesh: &TriangleMesh, direction: DVec3) -> (Camera, Vec<Loop>) {
         let bounds = mesh.bounds();

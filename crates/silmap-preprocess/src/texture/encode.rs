@@ -102,6 +102,12 @@ impl RawPicture {
         Ok(bytes)
     }
 
+    #[cfg(not(feature = "webp"))]
+    fn webp(&self, _: u8) -> Result<Vec<u8>, TextureError> {
+        Err(TextureError::NoWebp)
+    }
+
+    #[cfg(feature = "webp")]
     fn webp(&self, quality: u8) -> Result<Vec<u8>, TextureError> {
         webp::Encoder::from_rgb(&self.rgb, self.width, self.height)
             .encode_simple(false, quality.into())

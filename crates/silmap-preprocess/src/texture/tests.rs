@@ -9,8 +9,8 @@ use silmap_geometry::{Appearance, TriangleMesh};
 use silmap_map::asset::TangentFrames;
 
 use super::*;
-use crate::models;
-use crate::progress::PrepEvent;
+use silmap_geometry::StageEvent;
+use silmap_models as models;
 
 /// Linear colours of the cube's sides −X, +X, −Y, +Y, −Z, +Z: no two alike.
 const SIDE_COLOURS: [[f32; 3]; 6] = [
@@ -84,7 +84,7 @@ fn small_params() -> TextureParams {
 
 fn bake_cube(params: &TextureParams) -> TextureSet {
     let (mesh, bvh) = coloured_cube();
-    bake(&mesh, &bvh, &cube_hull(), params, &Monitor::silent()).unwrap()
+    bake(&mesh, &bvh, &cube_hull(), params, &Watch::silent()).unwrap()
 }
 
 fn decode(image: &silmap_map::EncodedImage) -> RgbImage {
@@ -200,7 +200,7 @@ fn a_torus_paints_the_faces_around_its_hole() {
         atlas_px: 128,
         ..TextureParams::default()
     };
-    let textures = bake(&fine, &bvh, &hull, &params, &Monitor::silent()).unwrap();
+    let textures = bake(&fine, &bvh, &hull, &params, &Watch::silent()).unwrap();
     let report = report(&hull, &textures, fine.bounds().radius);
     assert!(report.atlas_share < 0.1, "{report:?}");
     assert!(report.merit > 0.7, "{report:?}");
@@ -230,14 +230,14 @@ fn progress_adds_up_and_a_stop_is_heeded() {
     let (total, done) = (AtomicU64::new(0), AtomicU64::new(0));
     let on_event = |event| {
         match event {
-            PrepEvent::Started { total: n, .. } => total.fetch_add(n, Ordering::Relaxed),
-            PrepEvent::Advanced { count, .. } => done.fetch_add(count, Ordering::Relaxed),
-            PrepEvent::Finished { .. } => 0,
+            StageEvent::Started { total: n, .. } => total.fetch_add(n, Ordering::Relaxed),
+            StageEvent::Advanced { count, .. } => done.fetch_add(count, Ordering::Relaxed),
+            StageEvent::Finished { .. } => 0,
         };
     };
     let run = |stop: &AtomicBool| {
-        let monitor = Monitor::new(&on_event, stop);
-        bake(&mesh, &bvh, &cube_hull(), &small_params(), &monitor)
+        let watch = Watch::new(&on_event, stop);
+        bake(&mesh, &bvh, &cube_hull(), &small_params(), &watch)
     };
     assert!(run(&AtomicBool::new(false)).is_ok());
     assert_eq!(total.into_inner(), done.load(Ordering::Relaxed));
@@ -249,15 +249,15 @@ fn progress_adds_up_and_a_stop_is_heeded() {
 
 fn run_stopped(mesh: &ClosedMesh, bvh: &Bvh) -> Result<TextureSet, TextureError> {
     let stop = AtomicBool::new(true);
-    let monitor = Monitor::new(&|_| {}, &stop);
-    bake(mesh, bvh, &cube_hull(), &small_params(), &monitor)
+    let watch = Watch::new(&|_| {}, &stop);
+    bake(mesh, bvh, &cube_hull(), &small_params(), &watch)
 }
 
 #[test]
 fn what_cannot_be_is_refused() {
     let (mesh, bvh) = coloured_cube();
     let with = |hull: &CoarseHull, params: TextureParams| {
-        bake(&mesh, &bvh, hull, &params, &Monitor::silent())
+        bake(&mesh, &bvh, hull, &params, &Watch::silent())
     };
     let params = small_params();
     assert!(matches!(
@@ -326,7 +326,7 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
         format: PictureFormat::Png,
         ..small_params()
     };
-    let textures = bake(&fine, &bvh, &hull, &params, &Monitor::silent()).unwrap();
+    let textures = bake(&fine, &bvh, &hull, &params, &Watch::silent()).unwrap();
     let atlas = textures.atlas.unwrap();
     let picture = decode(atlas.normals.as_ref().unwrap());
     let frames = TangentFrames::new(&hull, &atlas.corner_uvs);
@@ -372,7 +372,7 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
         normals: false,
         ..params
     };
-    let textures = bake(&fine, &bvh, &hull, &without, &Monitor::silent()).unwrap();
+    let textures = bake(&fine, &bvh, &hull, &without, &Watch::silent()).unwrap();
     assert_eq!(textures.atlas.unwrap().normals, None);
 }
 
@@ -416,7 +416,7 @@ fn over_a_hollow_the_closest_point_jumps_and_the_normal_does_not() {
         *p = [0.8 * p[0], p[1], 0.8 * p[2]];
     }
     hull.faces = hull.faces[6..8].to_vec();
-    let textures = bake(&block, &bvh, &hull, &small_params(), &Monitor::silent()).unwrap();
+    let textures = bake(&block, &bvh, &hull, &small_params(), &Watch::silent()).unwrap();
     let atlas = textures.atlas.unwrap();
     let count = |how| discontinuities((block.mesh(), &bvh), &hull, &atlas, how);
     let (normal, closest) = (

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use silmap_preprocess::hull::Tightening;
+use silmap_hull::Tightening;
 
 use super::{MendingArgs, OutputArgs, PoolArgs};
 use crate::values::{Length, Size, parse_length, parse_point, parse_positive, parse_size};

@@ -7,7 +7,7 @@ use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_map::asset::{self, Triangles};
-use silmap_preprocess::mesh_io;
+use silmap_mesh_io as mesh_io;
 
 use crate::args::AttachArgs;
 use crate::names;

@@ -62,9 +62,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         ..SimplifyParams::default()
     };
     let simplified = Progress::new()
-        .count("simplifying", |watch| {
-            simplify(&model.mesh, &[], &params, watch)
-        })
+        .watch(|watch| simplify(&model.mesh, &[], &params, watch))
         .with_context(named)?
         .mesh;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);

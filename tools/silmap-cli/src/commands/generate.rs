@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde::Serialize;
 use silmap_geometry::TriangleMesh;
-use silmap_preprocess::{mesh_io, models};
+use silmap_mesh_io as mesh_io;
+use silmap_models as models;
 
 use crate::args::{GenerateArgs, ModelKind};
 use crate::interrupt;
