@@ -1,5 +1,6 @@
 //! From a mesh to an asset: every stage of the paper's preprocess (section 3), each in its own room.
 
+mod build_params;
 pub mod capture;
 pub mod dense_map;
 pub mod evaluate;

@@ -187,7 +187,7 @@ impl Sectors {
             let direction = upright.right * d.x - upright.up * d.y;
             let reach = (rim.reach(DVec2::new(d.x, -d.y), &upright)).min(map.radius);
             let ray = map.center + direction * (share * reach) - eye;
-            at = crossing(views.polytope, map.center, (eye, ray), &at).unwrap_or(*location);
+            at = crossing(views.polytope, map.center, eye, ray, &at).unwrap_or(*location);
             let seen = triangle.interpolate(map, &at, &upright, how)?;
             self.join.add(k, seen);
             let ids = map.triangles[at.triangle as usize];
@@ -238,7 +238,8 @@ fn facing_center(camera: &Camera, map: &SilhouetteMap) -> Option<Camera> {
 fn crossing(
     polytope: &Polytope,
     center: DVec3,
-    (eye, ray): (DVec3, DVec3),
+    eye: DVec3,
+    ray: DVec3,
     near: &Location,
 ) -> Option<Location> {
     let ray = ray.try_normalize()?;
@@ -289,7 +290,7 @@ mod tests {
             let polytope = octahedron(center);
             let facing = polytope.locate(eye, 0).unwrap();
             let ray = center + DVec3::from(aside) - eye;
-            let found = crossing(&polytope, center, (eye, ray), &facing).unwrap();
+            let found = crossing(&polytope, center, eye, ray, &facing).unwrap();
             // A few steps bring it near.
             let off = (found.point - eye).cross(ray.normalize_or_zero()).length();
             let before = (facing.point - eye).cross(ray.normalize_or_zero()).length();
