@@ -6,9 +6,15 @@ use std::sync::LazyLock;
 use anyhow::Context as _;
 use glam::DVec3;
 use silmap_exact::{ConeForest, EdgeMesh, Extractor, Viewpoint};
+<<<<<<< HEAD
 use silmap_geometry::{Camera, ClosedMesh};
 use silmap_map::asset::{self, Asset};
 use silmap_map::{Method, Scratch, outline};
+=======
+use silmap_geometry::Camera;
+use silmap_map::asset::Asset;
+use silmap_map::{Method, MapReader, outline};
+>>>>>>> w-map
 use silmap_hull::ProgressiveHull;
 use silmap_mesh_io::{LoadOptions, load_bytes};
 use silmap_geometry::Watch;
@@ -116,7 +122,7 @@ pub fn attach_to(bytes: &[u8]) {
 /// Outlines of an asset's map from eyes on all sides, near and far, by every method.
 pub fn look_at(asset: &Asset) {
     let map = &asset.map;
-    let Ok(mut scratch) = Scratch::new(map) else {
+    let Ok(mut scratch) = MapReader::new(map) else {
         return;
     };
     for (direction, distance) in [
@@ -160,7 +166,7 @@ pub fn read_forest(bytes: &[u8]) {
         Err(fault) => return assert!(is_one_sentence(&fault.to_string()), "{fault}"),
     };
     let mut by_forest = Extractor::with_forest(mesh, &forest);
-    let mut brute = Extractor::new(mesh, silmap_exact::Method::Brute);
+    let mut brute = Extractor::new(mesh, silmap_exact::ExtractionMethod::Brute);
     for eye in [DVec3::new(3.0, 0.5, 1.0), DVec3::new(-0.2, 9.0, -4.0)] {
         let viewpoint = Viewpoint::Eye(eye);
         let found = |extractor: &mut Extractor<'_>| {

@@ -4,7 +4,9 @@
 //! says so.
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint, chain_loops, silhouette_edges};
+use silmap_exact::{
+    EdgeMesh, ExtractionMethod, Extractor, Viewpoint, chain_loops, silhouette_edges,
+};
 use silmap_geometry::ClosedMesh;
 use silmap_mesh_io::{LoadOptions, load};
 use silmap_tests::outside;
@@ -54,14 +56,14 @@ fn methods_agree_on_real_models() {
         };
         let model = load(&folder.join(name), &options).expect(name).mesh;
         let mesh = EdgeMesh::from(&model);
-        let mut extractors: Vec<Extractor<'_>> = Method::ALL
+        let mut extractors: Vec<Extractor<'_>> = ExtractionMethod::ALL
             .iter()
             .map(|&method| Extractor::new(&mesh, method))
             .collect();
         let mut found = Vec::new();
         for viewpoint in viewpoints(&model) {
             let mut wanted = None;
-            for (extractor, method) in extractors.iter_mut().zip(Method::ALL) {
+            for (extractor, method) in extractors.iter_mut().zip(ExtractionMethod::ALL) {
                 extractor.extract(&viewpoint, &mut found);
                 found.sort_unstable();
                 let wanted = wanted.get_or_insert_with(|| found.clone());

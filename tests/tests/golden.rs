@@ -16,7 +16,7 @@ use silmap_preprocess::capture::cpu;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_runtime::{
-    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, ClipShape, FrameParams, Mode, Renderer, RendererOptions,
 };
 use silmap_tests::dense_maps::dense;
 use silmap_tests::{device, scene, tolerance};
@@ -217,10 +217,8 @@ impl Stage {
         let offset = DVec2::new(wrong + shift_px, wrong);
         let moved = |l: &Loop| l.iter().map(|p| p + offset).collect();
         let loops: Vec<Loop> = self.outline.iter().map(moved).collect();
-        let layers = [loops.clone()];
         let shape = ClipShape {
-            rule: FillRule::NonZero,
-            layers: &layers,
+            loops: &loops,
             outline: &loops,
             ..ClipShape::EMPTY
         };

@@ -5,13 +5,13 @@ use glam::DVec3;
 use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
-use silmap_map::{Method, Scratch, SilhouetteMap, Transfer, outline};
+use silmap_map::{MapReader, Method, SilhouetteMap, Transfer, outline};
 use silmap_models as models;
 use silmap_preprocess::evaluate::{EvaluateParams, Place, evaluate, summarise};
 use silmap_tests::dense_maps::dense;
 
 fn misclassified_at_views(map: &SilhouetteMap, masks: &[Mask], moved: f64, method: Method) -> f64 {
-    let mut scratch = Scratch::new(map).unwrap();
+    let mut scratch = MapReader::new(map).unwrap();
     let mut filled = Mask::new(map.resolution_px, map.resolution_px);
     let shares = map.triangles.iter().step_by(3).map(|t| {
         let [a, b, c] = t.map(|v| map.eye(v));
@@ -137,7 +137,7 @@ fn scaling_and_moving_the_model_moves_nothing_in_the_image() {
             let camera = Camera::fit_sphere(eye, map.center, map.radius, None, (512, 512)).unwrap();
             let mut mask = Mask::new(512, 512);
             fill_even_odd(
-                outline(map, &camera, method, &mut Scratch::new(map).unwrap())
+                outline(map, &camera, method, &mut MapReader::new(map).unwrap())
                     .unwrap()
                     .simple_loops(),
                 &mut mask,

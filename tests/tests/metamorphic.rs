@@ -6,7 +6,7 @@ use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
-    Asset, CapturedView, Method, Placement, Scratch, SilhouetteMap, ViewContour, asset, outline,
+    Asset, CapturedView, MapReader, Method, Placement, SilhouetteMap, ViewContour, asset, outline,
 };
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
 use silmap_models as models;
@@ -116,7 +116,7 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
 
 /// Outlines as masks.
 fn outlines(map: &SilhouetteMap, cameras: &[Camera], method: Method) -> Vec<Mask> {
-    let mut scratch = Scratch::new(map).unwrap();
+    let mut scratch = MapReader::new(map).unwrap();
     let drawn = cameras.iter().map(|camera| {
         let found = outline(map, camera, method, &mut scratch).unwrap();
         let mut mask = Mask::new(SIDE_PX, SIDE_PX);

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Outliner, Viewpoint};
+use silmap_exact::{EdgeMesh, ExtractionMethod, Extractor, Outliner, Viewpoint};
 use silmap_geometry::Camera;
 use silmap_mesh_io::{LoadOptions, load};
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mesh = EdgeMesh::from(&model);
     let mut edges = Vec::new();
-    Extractor::new(&mesh, Method::Table).extract(&Viewpoint::Eye(eye), &mut edges);
+    Extractor::new(&mesh, ExtractionMethod::Table).extract(&Viewpoint::Eye(eye), &mut edges);
     let loops = Outliner::new(&model.mesh().positions).outline(&edges, &camera)?;
 
     let mut path = String::new();

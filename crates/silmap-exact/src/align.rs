@@ -16,7 +16,7 @@ use silmap_geometry::{Camera, ClosedMesh, Interrupted, Watch};
 use thiserror::Error;
 
 use crate::watch::{Counter, FIT};
-use crate::{EdgeMesh, Extractor, Method, OutlineError, Outliner, Viewpoint};
+use crate::{EdgeMesh, ExtractionMethod, Extractor, OutlineError, Outliner, Viewpoint};
 
 mod rim;
 mod solve;
@@ -125,7 +125,7 @@ pub fn refine_pose(
     let edge_mesh = EdgeMesh::from(mesh);
     let bounds = mesh.bounds();
     let mut fit = Fit {
-        extractor: Extractor::new(&edge_mesh, Method::BruteParallel),
+        extractor: Extractor::new(&edge_mesh, ExtractionMethod::BruteParallel),
         outliner: Outliner::new(edge_mesh.positions()),
         mesh: &edge_mesh,
         target,

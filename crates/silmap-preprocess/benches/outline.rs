@@ -11,7 +11,7 @@ use glam::DVec3;
 use silmap_geometry::Watch;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule};
-use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour};
+use silmap_map::{CapturedView, MapReader, Method, SilhouetteMap, ViewContour};
 use silmap_models as models;
 use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
@@ -74,7 +74,7 @@ fn outlines(c: &mut Criterion) {
         let vertices: usize = map.contour_vertex_counts().sum();
         let mean = vertices / map.views.len();
         for method in Method::ALL {
-            let mut scratch = Scratch::new(&map).expect("the map is whole");
+            let mut scratch = MapReader::new(&map).expect("the map is whole");
             let mut step = 0;
             c.bench_function(&format!("outline/{}/{mean} vertices", method.name()), |b| {
                 b.iter(|| {

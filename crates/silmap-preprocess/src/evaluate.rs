@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_map::{
-    Detail, InterpolateError, Interpolation, Method, Polytope, PolytopeError, Scratch,
+    Detail, InterpolateError, Interpolation, MapReader, Method, Polytope, PolytopeError,
     SilhouetteMap, Transfer,
 };
 use thiserror::Error;
@@ -223,7 +223,7 @@ pub fn evaluate_at(
     if eyes.is_empty() || params.methods.is_empty() {
         return Err(EvaluateError::Nothing);
     }
-    let prepared = Scratch::new(map)?;
+    let prepared = MapReader::new(map)?;
     monitor.start(progress::EVALUATE, eyes.len() as u64);
     let per_eye: Vec<Vec<ViewpointError>> = eyes
         .par_iter()
@@ -293,7 +293,7 @@ impl Comparison {
         &self,
         map: &SilhouetteMap,
         how: Interpolation,
-        scratch: &mut Scratch,
+        scratch: &mut MapReader,
     ) -> Result<Mask, InterpolateError> {
         let outline = silmap_map::outline(map, &self.camera, how, scratch)?;
         let mut predicted = Mask::new(self.camera.width_px, self.camera.height_px);

@@ -1,5 +1,6 @@
 //! From a mesh to an asset: the stages of the preprocess (section 3 of the paper).
 
+mod build_params;
 pub mod capture;
 pub mod dense_map;
 pub mod evaluate;

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
     Camera, CameraError, ClosedMesh, CoverageRule, Mask, TriangleMesh, without_hidden_parts,
@@ -19,66 +18,21 @@ use silmap_map::{
 };
 use thiserror::Error;
 
-use crate::capture::{Backend, CaptureError, CaptureParams, capture, deep_contours, view_sphere};
+pub use crate::build_params::BuildParams;
+use crate::capture::{Backend, CaptureError, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
 use crate::progress::{self, PrepWarning};
 use crate::recipe::Recipe;
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{
-    SimplifyMapError, SimplifyMapParams, SimplifyMapReport, contour_radius, is_readable, simplify,
+    SimplifyMapError, SimplifyMapReport, contour_radius, is_readable, simplify,
 };
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
 use crate::uniform::{captured_errors, uniform_counts};
 use silmap_geometry::watch::{Interrupted, Watch};
-use silmap_hull::{self as hull, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
+use silmap_hull::{self as hull, HullError, VerifyParams, VerifyReport};
 use silmap_mesh_io::{AlphaUse, LoadOptions};
-
-/// How an asset is made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct BuildParams {
-    /// How the mesh was read and mended before; the build itself only notes it in the asset.
-    pub load: LoadOptions,
-    /// Views captured around the model; the paper's thousand, evenly spread.
-    pub views: u32,
-    /// Radius of the view sphere as a multiple of the bounding sphere's.
-    pub view_radius_rel: f64,
-    /// Side of the square capture images, pixels.
-    pub resolution_px: u32,
-    /// Who draws the captured views, and which pixels they count as covered.
-    pub capture: CaptureParams,
-    /// How far a contour may move when it is simplified, pixels.
-    pub tolerance_px: f64,
-    /// Which views are kept.
-    pub map: SimplifyMapParams,
-    /// Whether parts that no eye outside can see are captured and enclosed like the others, rather than left out.
-    pub keep_cavities: bool,
-    /// The coarse hull.
-    pub hull: HullParams,
-    /// How much work goes into making it tighter than its collapses leave it.
-    pub tightening: Tightening,
-    /// What it is painted with.
-    pub textures: TextureParams,
-}
-
-impl Default for BuildParams {
-    fn default() -> Self {
-        Self {
-            load: LoadOptions::default(),
-            views: 1024,
-            view_radius_rel: 3.0,
-            resolution_px: 512,
-            capture: CaptureParams::default(),
-            tolerance_px: SimplifyContourParams::default().tolerance_px,
-            map: SimplifyMapParams::default(),
-            keep_cavities: false,
-            hull: HullParams::default(),
-            tightening: Tightening::Fast,
-            textures: TextureParams::default(),
-        }
-    }
-}
 
 /// Seconds that each stage took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -19,6 +19,7 @@
 mod fit;
 mod grid;
 mod levels;
+mod moments;
 mod outline;
 mod outward;
 #[cfg(test)]
@@ -30,7 +31,7 @@ use std::collections::BinaryHeap;
 use silmap_geometry::{CoverageRule, Loop};
 
 pub use levels::add_levels;
-use outline::{Outline, Proposal};
+use outline::{Proposal, SimplifiedLoops};
 
 /// How far to simplify.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,18 +76,18 @@ pub const VERTEX_STEPS_PER_PX: f64 = 16.0;
 /// The loops must be simple and not cross, as [`crate::trace::trace_contours`] returns them.
 #[must_use]
 pub fn simplify_contours(loops: &[Loop], params: &SimplifyContourParams) -> Vec<Loop> {
-    let mut outline = Outline::new(loops, params);
+    let mut outline = SimplifiedLoops::new(loops, params);
     if params.outward_only {
         remove_vertices(
             &mut outline,
-            Outline::cost_of_outward,
-            Outline::propose_outward,
+            SimplifiedLoops::cost_of_outward,
+            SimplifiedLoops::propose_outward,
         );
     } else {
         remove_vertices(
             &mut outline,
-            Outline::cost_of_fitted,
-            Outline::propose_fitted,
+            SimplifiedLoops::cost_of_fitted,
+            SimplifiedLoops::propose_fitted,
         );
     }
     outline.into_loops()
@@ -94,9 +95,9 @@ pub fn simplify_contours(loops: &[Loop], params: &SimplifyContourParams) -> Vec<
 
 /// Removes the vertex of least cost that has a valid proposal, again and again, until there is none.
 fn remove_vertices(
-    outline: &mut Outline,
-    cost: impl Fn(&Outline, u32) -> Option<f64>,
-    propose: impl Fn(&Outline, u32) -> Option<Proposal>,
+    outline: &mut SimplifiedLoops,
+    cost: impl Fn(&SimplifiedLoops, u32) -> Option<f64>,
+    propose: impl Fn(&SimplifiedLoops, u32) -> Option<Proposal>,
 ) {
     // Costs are not negative, and such floats sort as their bits do; ties go to the lower vertex.
     let mut queue: BinaryHeap<_> = (0..outline.vertex_count())

@@ -6,7 +6,9 @@
 use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, Mask};
-use silmap_map::{CapturedErrors, InterpolateError, Interpolation, Method, Scratch, SilhouetteMap};
+use silmap_map::{
+    CapturedErrors, InterpolateError, Interpolation, MapReader, Method, SilhouetteMap,
+};
 
 use crate::evaluate::compare;
 
@@ -38,7 +40,7 @@ pub fn captured_errors(
     (cameras, masks): (&[Camera], &[Mask]),
     method: Method,
 ) -> Result<CapturedErrors, InterpolateError> {
-    let prepared = Scratch::new(map)?;
+    let prepared = MapReader::new(map)?;
     let shares: Vec<f64> = cameras
         .par_iter()
         .zip(masks)

@@ -5,12 +5,12 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Method as Extraction};
+use silmap_exact::{EdgeMesh, ExtractionMethod};
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::asset::AssetSizes;
-use silmap_map::{Asset, Interpolation, Method, Scratch};
+use silmap_map::{Asset, Interpolation, MapReader, Method};
 use silmap_runtime::{Antialias, FrameParams, Mode};
 
 use crate::interrupt;
@@ -37,7 +37,7 @@ pub(crate) struct Bench<'a> {
     /// One after the other around the model, for each frame as many as it has instances.
     pub(crate) cameras: Vec<Camera>,
     pub(crate) instances: usize,
-    pub(crate) extractions: Vec<Extraction>,
+    pub(crate) extractions: Vec<ExtractionMethod>,
 }
 
 /// Frames that take long are drawn for this many seconds alone: the row says how many there were.
@@ -99,7 +99,7 @@ impl Bench<'_> {
     fn time_contours(&self, truths: &[Truth]) -> anyhow::Result<Vec<Row>> {
         let mut rows = Vec::new();
         let map = &self.asset.map;
-        let mut scratch = Scratch::new(map)?;
+        let mut scratch = MapReader::new(map)?;
         for method in Method::all_for(map) {
             let mut times = Vec::new();
             // The first round fills buffers that a frame finds warm.

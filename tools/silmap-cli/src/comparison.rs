@@ -2,7 +2,7 @@
 //! they find, and interpolation at the same viewpoints.
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Method as Extraction, Viewpoint, walk_around};
+use silmap_exact::{EdgeMesh, ExtractionMethod, Viewpoint, walk_around};
 use silmap_geometry::Watch;
 use silmap_geometry::{Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
@@ -77,7 +77,7 @@ pub(crate) fn compare(
             methods: Vec::new(),
         };
         let mut quick = Vec::new();
-        for &method in Extraction::ALL {
+        for &method in ExtractionMethod::ALL {
             let mut search = Search::new(edge_mesh, method)?;
             let (on_walk, on_all_sides) = (search.time(&walk)?, search.time(&scattered)?);
             let result = extraction(&search, &on_walk, &on_all_sides);

@@ -3,12 +3,12 @@
 use serde::Serialize;
 use silmap_exact::{DirectedEdge, FanReport, Outliner, chain_loops, decompose_loops, image_loops};
 use silmap_geometry::{Camera, Loop, TriangleMesh};
-use silmap_runtime::{ClipShape, FanApex, FillRule};
+use silmap_runtime::{ClipShape, FanApex};
 
 /// The exact silhouette in an image.
 #[derive(Clone, Debug)]
 pub(crate) struct ExactShape {
-    layers: [Vec<Loop>; 1],
+    loops: Vec<Loop>,
     outline: Vec<Loop>,
     fans: FanReport,
 }
@@ -36,14 +36,14 @@ impl ExactShape {
         with_outline: bool,
     ) -> anyhow::Result<Self> {
         let loops = image_loops(&chain_loops(edges)?, &mesh.positions, camera)?;
-        let (layer, fans) = decompose_loops(&loops);
+        let (loops, fans) = decompose_loops(&loops);
         let outline = if with_outline {
             Outliner::new(&mesh.positions).outline(edges, camera)?
         } else {
             Vec::new()
         };
         Ok(Self {
-            layers: [layer],
+            loops,
             outline,
             fans,
         })
@@ -52,9 +52,8 @@ impl ExactShape {
     /// As the renderer takes it.
     pub(crate) fn clip_shape(&self) -> ClipShape<'_> {
         ClipShape {
-            rule: FillRule::NonZero,
             apex: FanApex::Centroid,
-            layers: &self.layers,
+            loops: &self.loops,
             outline: &self.outline,
         }
     }

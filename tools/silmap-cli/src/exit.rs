@@ -28,9 +28,23 @@ use silmap_preprocess::capture::CaptureError;
 use silmap_preprocess::evaluate::EvaluateError;
 use silmap_preprocess::pipeline::BuildError;
 use silmap_runtime::RenderError;
+use thiserror::Error;
 
-use crate::commands::{NoAdapter, NotAllBuilt};
 use crate::{interrupt, output};
+
+/// There is nothing to draw with.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(crate) struct NoAdapter(pub(crate) GpuError);
+
+/// Not everything was built; each model's own line says why.
+#[derive(Debug, Error)]
+#[error("{sentence}")]
+pub(crate) struct NotAllBuilt {
+    pub(crate) sentence: String,
+    /// What an engine should do with the list.
+    pub(crate) class: ExitClass,
+}
 
 /// How a command ended when it did not do what it was asked. The numbers are the exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,18 +9,16 @@ use std::time::Duration;
 use anyhow::Context;
 use silmap_geometry::Interrupted;
 
-use crate::exit::ExitClass;
-
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Makes ctrl-c set the flag that long work looks at.
+/// Makes ctrl-c set the flag that long work looks at; the second one ends the program with `exit_code`.
 ///
 /// # Errors
 /// When the system does not let a handler be set.
-pub(crate) fn install_handler() -> anyhow::Result<()> {
-    ctrlc::set_handler(|| {
+pub(crate) fn install_handler(exit_code: u8) -> anyhow::Result<()> {
+    ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(ExitClass::Interrupted.code()));
+            std::process::exit(i32::from(exit_code));
         }
     })
     .context("ctrl-c cannot be handled")

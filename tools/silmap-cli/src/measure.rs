@@ -8,7 +8,7 @@ use glam::DVec3;
 use silmap_geometry::Watch;
 use silmap_geometry::{Bounds, Camera, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_map::{Asset, Interpolation, Method, Scratch, SilhouetteMap, Transfer, asset};
+use silmap_map::{Asset, Interpolation, MapReader, Method, SilhouetteMap, Transfer, asset};
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::triangulate_view_sphere;
 use silmap_preprocess::evaluate::{
@@ -227,7 +227,7 @@ fn worst_views(
     place: Option<&PlaceErrors>,
     params: &MeasureParams,
 ) -> anyhow::Result<Vec<WorstView>> {
-    let mut scratch = Scratch::new(map)?;
+    let mut scratch = MapReader::new(map)?;
     let best = Method::best_for(map);
     let mut methods: Vec<Method> = Method::all_for(map).collect();
     methods.sort_by_key(|m| *m != best);
@@ -264,7 +264,7 @@ fn largest_errors<'a>(
 
 /// How long outlines take along a smooth walk around the model, at the distance of the views.
 fn time_outlines(map: &SilhouetteMap, calls: u32) -> anyhow::Result<Vec<ContourTime>> {
-    let mut scratch = Scratch::new(map)?;
+    let mut scratch = MapReader::new(map)?;
     let size = (map.resolution_px, map.resolution_px);
     let cameras = walk(map, calls.max(1))
         .into_iter()

@@ -1,15 +1,17 @@
-//! Holds the crates to the arrows of ARCHITECTURE.md.
+//! Checks the dependencies of crates against ARCHITECTURE.md, and those of modules for cycles.
 //!
 //! [`ARROWS`] is that table as data. `cargo metadata` says which workspace crates name which others, whatever the kind of
 //! dependency; `cargo tree` says which outside crates each of the portable crates reaches, so that nothing which needs
 //! threads or files slips into a web build by way of a third.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, bail, ensure};
 use serde_json::Value;
+
+use crate::module_cycles::ModuleGraph;
 
 /// Crate, and the workspace crates it may depend on.
 const ARROWS: &[(&str, &[&str])] = &[
@@ -89,7 +91,8 @@ const NATIVE_ONLY: &[&str] = &["spade", "rayon"];
 
 /// Checks the whole workspace under `root`; the summary says how many arrows were looked at.
 pub(crate) fn run(root: &Path) -> anyhow::Result<String> {
-    let arrows = workspace_arrows(root)?;
+    let metadata = workspace_metadata(root)?;
+    let arrows = workspace_arrows(&metadata)?;
     ensure!(
         !arrows.is_empty(),
         "cargo metadata shows no arrow between workspace crates: nothing was checked"
@@ -102,6 +105,18 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<String> {
         &read(root, "Cargo.toml")?,
         &read(root, "ARCHITECTURE.md")?,
     )?);
+    let mut module_arrows = 0;
+    for (package, crate_root) in crate_roots(&metadata)? {
+        let graph = ModuleGraph::read(&crate_root)
+            .with_context(|| format!("the modules of {package} cannot be read"))?;
+        module_arrows += graph.arrow_count();
+        let cycles = graph.cycles().into_iter();
+        faults.extend(cycles.map(|cycle| format!("{package} has a cycle of modules: {cycle}")));
+    }
+    ensure!(
+        module_arrows > 0,
+        "no module names another: nothing was checked"
+    );
     if !faults.is_empty() {
         bail!(
             "{} (the arrows are in tools/xtask/src/check_deps.rs, the reasons in ARCHITECTURE.md)",
@@ -109,7 +124,7 @@ pub(crate) fn run(root: &Path) -> anyhow::Result<String> {
         );
     }
     Ok(format!(
-        "{} arrows between crates, all allowed\n",
+        "{} arrows between crates, all allowed; {module_arrows} between modules, no cycle\n",
         arrows.len()
     ))
 }
@@ -168,13 +183,41 @@ fn read(root: &Path, name: &str) -> anyhow::Result<String> {
     std::fs::read_to_string(root.join(name)).with_context(|| format!("{name} cannot be read"))
 }
 
-/// All pairs (crate, workspace crate it names) with any kind of dependency.
-fn workspace_arrows(root: &Path) -> anyhow::Result<BTreeSet<(String, String)>> {
+fn workspace_metadata(root: &Path) -> anyhow::Result<Value> {
     let text = cargo(
         root,
         &["metadata", "--format-version", "1", "--no-deps", "--locked"],
     )?;
-    let metadata: Value = serde_json::from_str(&text).context("cargo metadata is not JSON")?;
+    serde_json::from_str(&text).context("cargo metadata is not JSON")
+}
+
+/// Root files of all libraries and programs, each with its package's name.
+fn crate_roots(metadata: &Value) -> anyhow::Result<Vec<(String, PathBuf)>> {
+    let packages = metadata["packages"].as_array().into_iter().flatten();
+    let targets = packages.flat_map(|package| {
+        let targets = package["targets"].as_array().into_iter().flatten();
+        targets.map(move |target| (&package["name"], target))
+    });
+    let is_checked = |target: &Value| {
+        let kinds = target["kind"].as_array().into_iter().flatten();
+        kinds
+            .filter_map(Value::as_str)
+            .any(|k| k == "lib" || k == "bin")
+    };
+    targets
+        .filter(|(_, target)| is_checked(target))
+        .map(|(name, target)| {
+            let name = name.as_str().context("a package has no name")?;
+            let path = target["src_path"]
+                .as_str()
+                .context("a target has no file")?;
+            Ok((name.to_owned(), PathBuf::from(path)))
+        })
+        .collect()
+}
+
+/// All pairs (crate, workspace crate it names) with any kind of dependency.
+fn workspace_arrows(metadata: &Value) -> anyhow::Result<BTreeSet<(String, String)>> {
     let packages = metadata["packages"]
         .as_array()
         .context("cargo metadata lists no packages")?;

@@ -13,7 +13,7 @@ use crate::watch::{Counter, SEARCH};
 /// Faces whose planes are looked at between one call of the watcher and the next: some milliseconds.
 const FACES_UNWATCHED: u64 = 1 << 14;
 
-/// The forest that [`Method::Cones`](crate::Method::Cones) searches: clusters of edges, each with anchored cones from
+/// The forest that [`ExtractionMethod::Cones`](crate::ExtractionMethod::Cones) searches: clusters of edges, each with anchored cones from
 /// which all its faces look one way.
 ///
 /// Building takes seconds, so it can be saved ([`Self::to_bytes`]) and read again ([`Self::from_bytes`]).

@@ -11,7 +11,6 @@ use super::super::raw::{MOST_MATERIALS, RawMesh};
 use super::alpha::{AlphaMaps, Shows, whole_face};
 use super::buffers::read_resource;
 use super::document::{self, TextureInfo, Whole, find};
-use super::primitive::CornerLooks;
 use super::scene::Scene;
 
 /// What a primitive's faces look like.
@@ -70,6 +69,16 @@ pub(super) struct Materials {
     looks: Vec<Option<Look>>,
     known: BTreeMap<Identity, u16>,
     alpha: AlphaMaps,
+}
+
+/// What the corners of a primitive's triangles look like; nothing, or something for each triangle.
+#[derive(Default)]
+pub(super) struct CornerLooks {
+    /// How many triangles there are.
+    pub(super) triangles: usize,
+    pub(super) uvs: Vec<[[f32; 2]; 3]>,
+    pub(super) colours: Vec<[[f32; 3]; 3]>,
+    pub(super) alphas: Vec<[f32; 3]>,
 }
 
 impl Mapping {

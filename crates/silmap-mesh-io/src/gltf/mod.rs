@@ -6,6 +6,7 @@
 
 mod accessor;
 mod alpha;
+mod attribute;
 mod buffers;
 mod container;
 mod document;

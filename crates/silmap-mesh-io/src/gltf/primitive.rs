@@ -6,9 +6,10 @@ use super::super::error::{GltfFault, MeshFault};
 use super::super::raw::{PolygonLook, RawMesh};
 use super::accessor::{Accessor, Component, Use};
 use super::alpha::Shows;
+use super::attribute::Attribute;
 use super::document::{Primitive, Whole, find};
 use super::draco::{self, Decoded};
-use super::material::{Look, Materials};
+use super::material::{CornerLooks, Look, Materials};
 use super::scene::{Place, Scene, Shown};
 use super::skin::Influences;
 
@@ -22,39 +23,6 @@ enum Mode {
     Triangles,
     Strip,
     Fan,
-}
-
-/// Values for each vertex, from an accessor or decoded.
-pub(super) enum Attribute<'a> {
-    Stored(Accessor<'a>),
-    Decoded { width: usize, values: Vec<f64> },
-}
-
-impl Attribute<'_> {
-    fn count(&self) -> usize {
-        match self {
-            Self::Stored(accessor) => accessor.count,
-            Self::Decoded { width, values } => values.len().checked_div(*width).unwrap_or(0),
-        }
-    }
-
-    fn width(&self) -> usize {
-        match self {
-            Self::Stored(accessor) => accessor.width(),
-            Self::Decoded { width, .. } => *width,
-        }
-    }
-
-    /// The first components of an element, zero where it has fewer.
-    pub(super) fn get<const N: usize>(&self, element: usize) -> [f64; N] {
-        match self {
-            Self::Stored(accessor) => accessor.get(element),
-            Self::Decoded { width, values } => {
-                let values = &values[element * width..(element + 1) * width];
-                std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
-            }
-        }
-    }
 }
 
 /// Where a primitive is in the document, and what it is made of.
@@ -351,16 +319,6 @@ impl<'a> Source<'a> {
         }
         Ok(found)
     }
-}
-
-/// What the corners of a primitive's triangles look like; nothing, or something for each triangle.
-#[derive(Default)]
-pub(super) struct CornerLooks {
-    /// How many triangles there are.
-    pub(super) triangles: usize,
-    pub(super) uvs: Vec<[[f32; 2]; 3]>,
-    pub(super) colours: Vec<[[f32; 3]; 3]>,
-    pub(super) alphas: Vec<[f32; 3]>,
 }
 
 /// The vertices that triangles use: primitives often share one large buffer.

@@ -10,7 +10,7 @@ use super::super::raw::RawMesh;
 use super::accessor::{Accessor, Use};
 use super::buffers::Buffers;
 use super::document::{Attributes, Document, Node, Whole, find};
-use super::skin::{self, Skin};
+use super::skin::Skin;
 
 /// A document with its buffers, and where its nodes are.
 pub(super) struct Scene<'a> {
@@ -160,7 +160,7 @@ impl<'a> Scene<'a> {
             if instancing.is_some() {
                 raw.ignore("instances of a mesh with a skin were left out".to_owned());
             }
-            return Ok(Place::Skinned(skin::read(self, index, at)?));
+            return Ok(Place::Skinned(self.skin(index, at)?));
         }
         let world_from_node = self.world_from_node[at];
         let Some(instancing) = instancing else {
@@ -169,6 +169,48 @@ impl<'a> Scene<'a> {
         let instances = self.instances(at, &instancing)?;
         let placed = |node_from_instance| world_from_node * node_from_instance;
         Ok(Place::Copies(instances.into_iter().map(placed).collect()))
+    }
+
+    /// A skin whose joints stand where the scene puts them.
+    fn skin(&self, index: Whole, node: usize) -> Result<Skin, MeshFault> {
+        let document = self.document;
+        let skin = find(&document.skins, index, || format!("nodes[{node}].skin"))
+            .map_err(MeshFault::Gltf)?;
+        let fault = |what| {
+            let skin = index.0;
+            MeshFault::Gltf(GltfFault::Skin { skin, what })
+        };
+        let inverse_bind = match skin.inverse_bind_matrices {
+            None => None,
+            Some(accessor) => Some(Accessor::new(
+                document,
+                &self.buffers,
+                accessor,
+                Use::MATRIX,
+                || format!("skins[{}].inverseBindMatrices", index.0),
+            )?),
+        };
+        if (inverse_bind.as_ref()).is_some_and(|matrices| matrices.count < skin.joints.len()) {
+            return Err(fault("has fewer inverse bind matrices than joints"));
+        }
+        let mut world_from_bind = Vec::with_capacity(skin.joints.len());
+        for (k, joint) in skin.joints.iter().enumerate() {
+            let world_from_joint = find(&self.world_from_node, *joint, || {
+                format!("skins[{}].joints[{k}]", index.0)
+            })
+            .map_err(MeshFault::Gltf)?;
+            let joint_from_bind = inverse_bind.as_ref().map_or(DMat4::IDENTITY, |matrices| {
+                DMat4::from_cols_array(&matrices.get::<16>(k))
+            });
+            world_from_bind.push(*world_from_joint * joint_from_bind);
+        }
+        if world_from_bind.is_empty() {
+            return Err(fault("has no joints"));
+        }
+        Ok(Skin {
+            index: index.0,
+            world_from_bind,
+        })
     }
 
     /// The transforms of EXT_mesh_gpu_instancing; attributes with other names are the application's.

@@ -6,62 +6,17 @@
 use glam::DMat4;
 
 use super::super::error::{GltfFault, MeshFault};
-use super::accessor::{Accessor, Use};
-use super::document::{Whole, find};
-use super::primitive::Attribute;
-use super::scene::Scene;
+use super::attribute::Attribute;
 
 /// What each joint of a skin does to a vertex as it is stored.
 pub(super) struct Skin {
-    index: usize,
-    world_from_bind: Vec<DMat4>,
+    pub(super) index: usize,
+    pub(super) world_from_bind: Vec<DMat4>,
 }
 
 /// The joints of a primitive's vertices, four at a time, with their weights.
 pub(super) struct Influences<'a> {
     pub(super) sets: Vec<(Attribute<'a>, Attribute<'a>)>,
-}
-
-/// A skin whose joints stand where the scene puts them.
-pub(super) fn read(scene: &Scene<'_>, index: Whole, node: usize) -> Result<Skin, MeshFault> {
-    let document = scene.document;
-    let skin =
-        find(&document.skins, index, || format!("nodes[{node}].skin")).map_err(MeshFault::Gltf)?;
-    let fault = |what| {
-        let skin = index.0;
-        MeshFault::Gltf(GltfFault::Skin { skin, what })
-    };
-    let inverse_bind = match skin.inverse_bind_matrices {
-        None => None,
-        Some(accessor) => Some(Accessor::new(
-            document,
-            &scene.buffers,
-            accessor,
-            Use::MATRIX,
-            || format!("skins[{}].inverseBindMatrices", index.0),
-        )?),
-    };
-    if (inverse_bind.as_ref()).is_some_and(|matrices| matrices.count < skin.joints.len()) {
-        return Err(fault("has fewer inverse bind matrices than joints"));
-    }
-    let mut world_from_bind = Vec::with_capacity(skin.joints.len());
-    for (k, joint) in skin.joints.iter().enumerate() {
-        let world_from_joint = find(&scene.world_from_node, *joint, || {
-            format!("skins[{}].joints[{k}]", index.0)
-        })
-        .map_err(MeshFault::Gltf)?;
-        let joint_from_bind = inverse_bind.as_ref().map_or(DMat4::IDENTITY, |matrices| {
-            DMat4::from_cols_array(&matrices.get::<16>(k))
-        });
-        world_from_bind.push(*world_from_joint * joint_from_bind);
-    }
-    if world_from_bind.is_empty() {
-        return Err(fault("has no joints"));
-    }
-    Ok(Skin {
-        index: index.0,
-        world_from_bind,
-    })
 }
 
 impl Skin {

@@ -87,7 +87,7 @@ impl<'a> Predictor<'a> {
         let camera = &self.map.views[view as usize].camera;
         let layers = scratch
             .interpolator
-            .interpolate(self.map, ids, &location, camera, self.method.into())
+            .interpolate_regions(self.map, ids, &location, camera, self.method.into())
             .ok()?;
         fill_layers(layers, &mut scratch.predicted, &mut scratch.layer);
         let truth = &self.masks[view as usize];

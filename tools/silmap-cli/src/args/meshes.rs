@@ -109,7 +109,7 @@ pub(crate) enum ExtractionArg {
     DualBar,
 }
 
-impl From<ExtractionArg> for silmap_exact::Method {
+impl From<ExtractionArg> for silmap_exact::ExtractionMethod {
     fn from(method: ExtractionArg) -> Self {
         match method {
             ExtractionArg::Brute => Self::Brute,

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint};
+use silmap_exact::{EdgeMesh, ExtractionMethod, Extractor, Viewpoint};
 
 use super::median;
 use crate::interrupt;
@@ -14,7 +14,7 @@ const MOST_SECONDS: f64 = 2.0;
 /// A method with what it prepared, and how long that took.
 #[derive(Debug)]
 pub(crate) struct Search<'m> {
-    pub(crate) method: Method,
+    pub(crate) method: ExtractionMethod,
     pub(crate) extractor: Extractor<'m>,
     pub(crate) build_seconds: f64,
 }
@@ -40,7 +40,7 @@ impl<'m> Search<'m> {
     ///
     /// # Errors
     /// When interrupted before.
-    pub(crate) fn new(mesh: &'m EdgeMesh, method: Method) -> anyhow::Result<Self> {
+    pub(crate) fn new(mesh: &'m EdgeMesh, method: ExtractionMethod) -> anyhow::Result<Self> {
         interrupt::check()?;
         let since = Instant::now();
         let extractor = Extractor::new(mesh, method);

@@ -10,8 +10,8 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{
-    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Work, chain_loops,
-    walk_around,
+    ConeForest, DirectedEdge, EdgeMesh, ExtractionMethod, Extractor, Outliner, Viewpoint, Work,
+    chain_loops, walk_around,
 };
 use silmap_geometry::{Camera, Loop, TriangleMesh, Watch};
 use silmap_mesh_io::input;
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         _ => None,
     };
     let mesh = EdgeMesh::from(&model.mesh);
-    let method = Method::from(args.method);
+    let method = ExtractionMethod::from(args.method);
     let Extracted {
         measured,
         data_bytes,
@@ -194,7 +194,7 @@ struct Extracted {
 /// Builds what is searched and extracts from every viewpoint.
 fn extract(
     mesh: &EdgeMesh,
-    method: Method,
+    method: ExtractionMethod,
     saved: Option<SavedForest>,
     viewpoints: &[Viewpoint],
     repeat: u32,
