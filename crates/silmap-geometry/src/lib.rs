@@ -19,6 +19,7 @@ mod mesh_edit;
 pub mod polygon;
 pub mod predicates;
 mod queue;
+pub mod raster;
 pub mod repair;
 pub mod topology;
 pub mod triangulate;
