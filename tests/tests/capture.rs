@@ -1,7 +1,6 @@
 //! Capture on whole models: the two coverage rules, simplified outlines against the true ones, depths, threads.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use silmap_geometry::polygon::fill_even_odd;
@@ -13,6 +12,7 @@ use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, CaptureParams, capture, view_sphere};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
+use silmap_tests::outside;
 
 fn cameras(mesh: &TriangleMesh, count: u32, side: u32) -> Vec<Camera> {
     let bounds = mesh.bounds();
@@ -75,16 +75,20 @@ fn accuracy(mesh: &TriangleMesh, rule: CoverageRule, params: &SimplifyContourPar
 
 #[test]
 fn simplified_outlines_are_nearer_to_the_truth_than_traced_ones() {
-    for mesh in [models::torus(16_384), models::trefoil_knot(16_384)] {
+    // The share of a traced outline's error that remains, and the vertices: a tenth more than measured.
+    for (mesh, most, vertices) in [
+        (models::torus(16_384), 0.45, 104.0),
+        (models::trefoil_knot(16_384), 0.49, 152.0),
+    ] {
         let params = SimplifyContourParams::default();
         let fitted = accuracy(&mesh, CoverageRule::Center, &params);
         assert!(
-            fitted.simplified < 0.6 * fitted.traced,
+            fitted.simplified < most * fitted.traced,
             "{} of {}",
             fitted.simplified,
             fitted.traced
         );
-        assert!(fitted.vertices < 200.0, "{} vertices", fitted.vertices);
+        assert!(fitted.vertices < vertices, "{} vertices", fitted.vertices);
         // A tolerance of pixels is seen in the numbers.
         let coarse = SimplifyContourParams {
             tolerance_px: 3.0,
@@ -163,18 +167,15 @@ fn masks_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn the_bunny_takes_few_vertices() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models/stanford-bunny-closed.off");
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
+    let Some(path) = outside::shared("models/stanford-bunny-closed.off") else {
         return;
-    }
+    };
     let loaded = mesh_io::load(&path, &LoadOptions::default()).unwrap();
     let fitted = accuracy(
         loaded.mesh.mesh(),
         CoverageRule::Center,
         &SimplifyContourParams::default(),
     );
-    assert!(fitted.simplified < 0.6 * fitted.traced);
-    assert!(fitted.vertices < 140.0, "{} vertices", fitted.vertices);
+    assert!(fitted.simplified < 0.56 * fitted.traced);
+    assert!(fitted.vertices < 110.0, "{} vertices", fitted.vertices);
 }

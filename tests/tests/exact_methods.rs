@@ -3,12 +3,11 @@
 //! The models lie outside the repository, in `../shared/models`; where that folder is missing, nothing is tested and a line
 //! says so.
 
-use std::path::Path;
-
 use glam::DVec3;
 use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint, chain_loops, silhouette_edges};
 use silmap_geometry::ClosedMesh;
 use silmap_mesh_io::{LoadOptions, load};
+use silmap_tests::outside;
 
 /// Models, and whether they are mended first. The quadratic method keeps this to models of moderate size.
 const MODELS: &[(&str, bool)] = &[
@@ -44,11 +43,9 @@ fn viewpoints(model: &ClosedMesh) -> Vec<Viewpoint> {
 
 #[test]
 fn methods_agree_on_real_models() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
-    if !folder.is_dir() {
-        println!("skipped, because {} is missing", folder.display());
+    let Some(folder) = outside::shared("models") else {
         return;
-    }
+    };
     for &(name, is_mended) in MODELS {
         let options = LoadOptions {
             close_holes: is_mended,

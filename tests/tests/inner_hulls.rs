@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,6 +11,7 @@ use silmap_geometry::{ClosedMesh, TriangleMesh};
 use silmap_hull::{self as hull, HullParams, Tightening, VerifyParams, verify_inner};
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
 use silmap_models as models;
+use silmap_tests::outside;
 
 /// How far outside counts, in radii of the model.
 const TOLERANCE_REL: f64 = 1e-6;
@@ -179,13 +179,10 @@ fn inner_hull(mesh: &ClosedMesh, faces: u32) -> hull::ProgressiveHull {
 }
 
 fn check_models(list: &[(&str, u32, f64)]) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
     for &(name, faces, least_ratio) in list {
-        let path = folder.join(name);
-        if !path.exists() {
-            eprintln!("skipped: {} is not here", path.display());
+        let Some(path) = outside::shared(&format!("models/{name}")) else {
             continue;
-        }
+        };
         let mesh = mesh_io::load(&path, &LoadOptions::default()).unwrap().mesh;
         let sequence = inner_hull(&mesh, faces);
         assert_eq!(sequence.least_faces(), faces as usize, "{name}");

@@ -77,18 +77,19 @@ fn hull_errors(map: &SilhouetteMap, mesh: &TriangleMesh) -> (f64, f64, f64) {
 
 #[test]
 fn hull_is_conservative_on_the_polytope() {
-    for (name, mesh) in [
-        ("torus", models::torus(4096)),
-        ("knot", models::trefoil_knot(4096)),
-        ("three holes", models::three_holed_torus(4096)),
+    // What may be misclassified is a tenth more than what is.
+    for (name, mesh, most) in [
+        ("torus", models::torus(4096), 0.0635),
+        ("knot", models::trefoil_knot(4096), 0.199),
+        ("three holes", models::three_holed_torus(4096), 0.136),
     ] {
         let (mut map, _) = dense(&mesh, 96, 256, 0.5, CoverageRule::Any);
         let (wrong, mean, max) = hull_errors(&map, &mesh);
         assert!(
-            mean <= 1e-4 && max <= 1e-3,
+            mean <= 1e-5 && max <= 1e-4,
             "{name}: escaped {mean} on average, {max} at most"
         );
-        assert!(wrong < 0.4, "{name}: {wrong} misclassified");
+        assert!(wrong < most, "{name}: {wrong} misclassified");
         // Negative control: silhouettes moved by three pixels let pixels escape.
         for p in map
             .views

@@ -1,5 +1,4 @@
-//! What every method of extraction works on: the edges of a manifold mesh with their two faces, and the planes of the
-//! faces in single precision.
+//! The input of every extraction method: the edges of a manifold mesh with their two faces, and the faces' planes.
 //!
 //! A face shows its front when the value of its plane is positive. Single precision decides that for all but one face in
 //! a hundred thousand; where the value is within its error bound the exact predicate decides, so that all methods give

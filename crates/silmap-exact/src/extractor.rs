@@ -1,4 +1,4 @@
-//! One door to all methods of extraction.
+//! One interface to all extraction methods.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Simplifying a mesh where its silhouettes, seen from some viewpoints, are not.
+//! Mesh simplification that preserves the silhouettes seen from given viewpoints.
 //!
 //! Edges are collapsed in the order of their quadric error, and the quadrics of vertices on a silhouette, or near one, weigh many
 //! times more: what is seen edge-on keeps its vertices, what is seen from the front loses them first.

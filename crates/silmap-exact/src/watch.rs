@@ -1,4 +1,4 @@
-//! Work that is counted in steps, of which its caller hears now and then.
+//! Progress of long computations, counted in steps.
 
 use silmap_geometry::{Interrupted, Stage, Watch};
 

@@ -1,4 +1,4 @@
-//! The words everything in silmap is said in: meshes, cameras, masks and polygons.
+//! Geometry that all of silmap shares: meshes, cameras, masks and polygons.
 //!
 //! No graphics device, no threads and no file paths live here, and everything builds for `wasm32`. Lengths are in the
 //! model's own units and frame ("object space"), angles in radians, image coordinates in pixels with (0,0) at the

@@ -1,4 +1,4 @@
-//! Cutting polygons in space into triangles.
+//! Triangulation of polygons in space.
 //!
 //! Ear cutting that always returns exactly `n − 2` triangles and uses every corner, also for corners on a straight line:
 //! a cutter that drops those would tear the mesh open against the neighbouring polygon. Among the ears it prefers the

@@ -1,4 +1,4 @@
-//! From a mesh to an asset: every stage of the paper's preprocess (section 3), each in its own room.
+//! From a mesh to an asset: the stages of the preprocess (section 3 of the paper).
 
 pub mod capture;
 pub mod dense_map;

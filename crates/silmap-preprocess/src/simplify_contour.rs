@@ -1,4 +1,4 @@
-//! Fewer vertices for the same outline: greedy vertex removal within a tolerance.
+//! Contour simplification: greedy vertex removal within a tolerance.
 //!
 //! A traced outline is a staircase. Its corners lie on both sides of the true outline, the middles of its cracks mostly on
 //! it, so first every corner is cut off half a step away (when the tolerance allows that). Then vertices go, the one whose

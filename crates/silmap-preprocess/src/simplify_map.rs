@@ -1,4 +1,4 @@
-//! Simplifying the silhouette map: views that their neighbours predict are removed (section 6).
+//! Silhouette map simplification: removing views that their neighbours predict (section 6).
 //!
 //! Source: Silhouette Mapping, section 6: greedy collapses of polytope edges onto one of their ends, by the number of
 //! misclassified pixels over all original views that the collapse would add.

@@ -1,4 +1,4 @@
-//! Loops on their way to the stencil and to the coverage of edge pixels.
+//! Outline loops as geometry for the stencil and for the coverage of edge pixels.
 //!
 //! Loops come from interpolation, from exact extraction or from a file; nothing here knows which. Each becomes one
 //! triangle fan, so that no triangulation is needed, whatever its shape.

@@ -1,4 +1,4 @@
-//! What a frame is asked for, and why there is none.
+//! Parameters and errors of a frame.
 
 use glam::DVec2;
 use silmap_geometry::{Camera, CameraError, Loop};

@@ -1,4 +1,4 @@
-//! Every way something is drawn, one pipeline each, made when first used.
+//! All render pipelines, created on first use.
 //!
 //! The stencil's eight bits: the low seven count or toggle loops, until the fill rule has been read and they are cleared;
 //! from then on [`INSIDE`] marks the pixels inside the region and [`TOUCHED`] those outside that the outline's ramp still

@@ -1,4 +1,4 @@
-//! What can be typed: every subcommand with its options, as clap reads them.
+//! The command line: every subcommand with its options, parsed by clap.
 //!
 //! Values that a library params struct knows a default for show that default here; a test in `commands::build` holds the
 //! two together.
@@ -158,7 +158,7 @@ pub(crate) enum BackendArg {
     Auto,
     /// Every core of the CPU; the same bytes on every machine
     Cpu,
-    /// The graphics adapter, software ones included
+    /// The graphics adapter, software ones included: a mesh is rasterised in fixed point that vendors choose, so a pixel on a border may differ between adapters, and contours and bytes with it
     Gpu,
 }
 

@@ -1,5 +1,4 @@
-//! The exact silhouette of a model as a region that a frame is clipped to: here extraction and drawing meet, which do not
-//! know of each other.
+//! The exact silhouette of a model as a clip region of a frame.
 
 use serde::Serialize;
 use silmap_exact::{DirectedEdge, FanReport, Outliner, chain_loops, decompose_loops, image_loops};

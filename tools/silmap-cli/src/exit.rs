@@ -1,4 +1,4 @@
-//! How the command ends: the exit code that tells a script or a scheduler what to do next, and the last sentence.
+//! Exit codes and the final error message.
 //!
 //! | code | class | what to do |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Reading assets and models, with the file's name in front of whatever goes wrong.
+//! Reading assets and models, with the file's name in every error.
 
 use std::path::{Component, Path};
 

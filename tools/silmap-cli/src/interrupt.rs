@@ -1,4 +1,4 @@
-//! Stopping on request: the first ctrl-c asks, the second does not.
+//! Interrupts: the first ctrl-c stops at the next check, the second at once.
 
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};

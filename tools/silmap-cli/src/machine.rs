@@ -1,4 +1,4 @@
-//! What this program runs on, in words, for figures that depend on it, and the memory that it takes there.
+//! A description of the machine, and the memory of a process.
 
 use std::fs;
 

@@ -1,5 +1,4 @@
-//! Hull levels side by side in one picture, as in plates 1 and 2 of the papers: drawn by rays on the CPU, flat-shaded, so that
-//! every face shows.
+//! Hull levels side by side in one picture, ray cast on the CPU, as in plates 1 and 2 of the papers.
 
 use anyhow::Context;
 use glam::{DVec2, DVec3};

@@ -1,4 +1,4 @@
-//! The same surface in more faces, for measuring what depends on their number alone.
+//! Subdivision without change of the surface, to measure the influence of the number of faces.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Pictures of things in space without a graphics device: shaded triangles and lines that know what hides them.
+//! A CPU canvas with a depth buffer: shaded triangles and lines.
 //!
 //! Everything is drawn at [`SAMPLES`] times the size and averaged, in linear light. Good for some dozen pictures in a page,
 //! and the same on every machine.

@@ -69,9 +69,10 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("xtask", &[]),
 ];
 
-/// Crate, and the workspace crates that its tests and benchmarks alone may use besides.
+/// Crate, and the workspace crates that its tests, benchmarks and examples alone may use besides.
 const TEST_ARROWS: &[(&str, &[&str])] = &[
-    ("silmap-hull", &["silmap-models"]),
+    ("silmap-hull", &["silmap-models", "silmap-mesh-io"]),
+    ("silmap-exact", &["silmap-mesh-io"]),
     ("silmap-preprocess", &["silmap-models"]),
 ];
 

@@ -1,4 +1,4 @@
-//! Building the forest: from one node for each edge, the join that saves most, again and again.
+//! Building the cone forest: greedy agglomeration from one node per edge.
 //!
 //! Two roots may be joined by a new parent, by one adopting the other, or by merging. A root's predicted cost is the
 //! test of its cones and, with the probability that a viewpoint lies in neither of them, that of its edges and children.

@@ -1,4 +1,4 @@
-//! What building the forest costs where many edges meet.
+//! The cost of building the forest where many edges meet.
 
 use super::*;
 use crate::ConeForest;

@@ -1,4 +1,4 @@
-//! Forests come back from their bytes, and from no others.
+//! Forests survive a round trip through their bytes; changed bytes are refused.
 
 use glam::DVec3;
 use proptest::prelude::*;

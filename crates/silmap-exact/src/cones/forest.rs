@@ -1,4 +1,4 @@
-//! The forest of anchored cones as it is kept: nodes in depth-first order.
+//! The forest of anchored cones in memory: nodes in depth-first order.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Silhouettes of a moving viewpoint: only what changes is looked for.
+//! Incremental silhouettes of a moving viewpoint, by point-plane duality.
 //!
 //! In dual space a face's plane is a point and a viewpoint is a plane. When the viewpoint moves, the faces that turn are
 //! the points in the double wedge between the old and the new plane, and only their edges can join or leave the

@@ -1,4 +1,4 @@
-//! An octree of the points of a chart: the cube is cut into eight, and these again.
+//! An octree of the points of a chart.
 //!
 //! Source: as for the parent module, section 2.1.
 

@@ -1,4 +1,4 @@
-//! Faces as points of dual space, in regions of a tree.
+//! Faces as points of dual space, partitioned by a tree.
 //!
 //! A plane of normal n and offset d is the direction (n, d) of four-space. Its largest coordinate says which of eight
 //! charts it lies in, and the other three over the largest where in the chart: dual space in eight cubes, none of which

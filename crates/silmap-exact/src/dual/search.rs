@@ -1,4 +1,4 @@
-//! Going down a tree of regions: what lies in a double wedge, and which regions look one way.
+//! Searching a tree of regions for the points in a double wedge.
 //!
 //! A region whose box lies all within the wedge turns as a whole. Edges between two faces of it change nothing, so only
 //! the edges to faces outside are reported, which belong to the faces of L_out in the source; the others, L_in, are

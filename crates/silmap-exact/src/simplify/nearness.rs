@@ -1,4 +1,4 @@
-//! How near vertices are to the silhouettes that are to be kept.
+//! The angular distance of vertices from the silhouettes to be kept.
 
 use glam::DVec3;
 use silmap_geometry::{Interrupted, TriangleMesh};

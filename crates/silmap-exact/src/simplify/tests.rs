@@ -1,4 +1,4 @@
-//! Silhouettes survive where they are looked at.
+//! Silhouettes are preserved from the given viewpoints.
 
 use glam::DVec2;
 use silmap_geometry::polygon::{Loop, fill_non_zero};

@@ -1,4 +1,4 @@
-//! Turning edges under faces without area.
+//! Removing zero-area faces by edge flips.
 //!
 //! The middle corner of a face whose corners lie on one line touches the face beyond its longest edge. When that edge is
 //! exchanged for the one from the middle corner to that face's far corner, the two faces become the two halves of the

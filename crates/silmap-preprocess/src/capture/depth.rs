@@ -1,4 +1,4 @@
-//! How deep the contour generator lies at each vertex of an outline.
+//! Depths of the contour generator at the vertices of an outline.
 //!
 //! A ray just inside the outline enters the object shortly before the point where the ray along the outline touches it, and
 //! leaves it shortly after. At a distance δ inside, on a surface of radius of curvature ρ, each is √(2ρδ) from the

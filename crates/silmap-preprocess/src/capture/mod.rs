@@ -1,4 +1,4 @@
-//! Drawing the model from every viewpoint: where to look from, which pixels it covers, and how deep its rim lies.
+//! Silhouette capture: viewpoints, masks, and depths of the contour generator.
 //!
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. TR-1-99, Harvard University, 1999, section 3.
 //! Deviations: the paper reads masks back from a graphics board; here a processor rasteriser of integer arithmetic gives
@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use silmap_geometry::raster::RasterError;
 use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mask};
+#[cfg(feature = "gpu")]
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
@@ -17,6 +18,7 @@ use silmap_geometry::watch::{Interrupted, Watch};
 
 pub mod cpu;
 mod depth;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 mod rim;
 
@@ -58,8 +60,14 @@ pub enum CaptureError {
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The graphics device is missing or failed.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// This library was built without graphics devices.
+    #[error(
+        "views cannot be captured on a graphics adapter: this program was built without them (feature `gpu`)"
+    )]
+    NoGpu,
     /// The graphics device cannot draw images of this size.
     #[error(
         "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -151,7 +159,17 @@ pub fn capture(
     Ok(masks)
 }
 
+#[cfg(not(feature = "gpu"))]
+fn capture_by_device(
+    _: &ClosedMesh,
+    _: &[Camera],
+    _: &Watch<'_>,
+) -> Result<Vec<Mask>, CaptureError> {
+    Err(CaptureError::NoGpu)
+}
+
 /// All masks from a device of their own.
+#[cfg(feature = "gpu")]
 fn capture_by_device(
     mesh: &ClosedMesh,
     cameras: &[Camera],

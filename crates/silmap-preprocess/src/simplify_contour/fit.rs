@@ -1,4 +1,4 @@
-//! Lines through stretches of a traced outline, and the removal of a vertex between two of them.
+//! Lines fitted to parts of a traced outline, and the removal of a vertex between two of them.
 //!
 //! A centre-sampled outline's cracks scatter evenly about the true line, so the least-squares line through the polyline
 //! that joins the middles of the cracks has no bias. Sums along the loop make each fit a handful of operations.

@@ -1,4 +1,4 @@
-//! Contour level of detail: coarser outlines made of the vertices of the stored one.
+//! Levels of detail of a contour, as nested subsets of its vertices.
 //!
 //! The greedy removal of [`super::simplify_contours`] goes on beyond the stored tolerance t, which doubles from level to level:
 //! level k stays within 2ᵏ·t of the traced outline. Vertices do not move any more, so each level is a subset of the one before and

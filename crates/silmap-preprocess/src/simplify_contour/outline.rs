@@ -1,4 +1,4 @@
-//! Loops while they are being simplified: what is left of them, what was traced, and what a change may touch.
+//! The state of loops during simplification: remaining vertices, traced vertices, and the reach of a change.
 
 use glam::DVec2;
 use robust::{Coord, orient2d};

@@ -1,4 +1,4 @@
-//! Changes that only add to the region.
+//! Changes that only enlarge the region, for conservative contours.
 
 use glam::DVec2;
 

@@ -1,4 +1,4 @@
-//! How the chosen map can lose further views: the collapses go on, and are only noted.
+//! The collapse order: further collapses of the chosen map, recorded and not carried out.
 //!
 //! Source: Silhouette Mapping, section 6: the collapse order is stored, so that any number of views can be had.
 //! Deviation: it begins at the views that are left after they were moved, and after each collapse the edges around it are

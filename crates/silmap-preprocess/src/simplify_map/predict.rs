@@ -1,4 +1,4 @@
-//! Predicting an original view's silhouette from three others, and counting the pixels that are wrong.
+//! Predicting a captured silhouette from three other views, and counting misclassified pixels.
 
 use std::collections::HashMap;
 

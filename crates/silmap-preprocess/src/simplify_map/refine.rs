@@ -1,4 +1,4 @@
-//! Moving the views that are left: edge flips, and views replaced by removed ones beside them.
+//! Refining the kept views: edge flips, and exchange with removed views nearby.
 //!
 //! Source: beyond the paper. A greedy sequence of collapses never takes a choice back. Once it has ended, an edge between two
 //! triangles may be turned, and a kept view may give its place to a removed one whose eye its triangles face; both are done

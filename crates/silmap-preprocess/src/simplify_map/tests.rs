@@ -1,4 +1,4 @@
-//! Simplified maps of a small torus: what must hold after every change of the polytope, and what the stored order gives.
+//! Simplified maps of a small torus: invariants after every collapse, and the stored order.
 
 use super::*;
 use crate::capture::{CaptureParams, capture, view_sphere};

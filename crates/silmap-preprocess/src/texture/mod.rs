@@ -1,4 +1,4 @@
-//! What the hull is painted with: shaded pictures of the original that are projected onto it, and the tile atlas.
+//! The hull's textures: projected pictures of the original, and the tile atlas.
 //!
 //! Source: Silhouette Mapping (TR-1-99), section 8.2, for the pictures and visibility bits; Silhouette Clipping (SIGGRAPH
 //! 2000), section 4, for the atlas.
@@ -70,7 +70,13 @@ pub enum TextureError {
     /// A picture could not be encoded.
     #[error("a picture cannot be encoded: {0}")]
     Encode(#[from] ImageError),
+    /// This library was built without the encoder of WebP.
+    #[error(
+        "pictures cannot be written as WebP: this program was built without it (feature `webp`)"
+    )]
+    NoWebp,
     /// A picture could not be encoded as WebP.
+    #[cfg(feature = "webp")]
     #[error("a picture cannot be encoded as WebP: {0:?}")]
     Webp(webp::WebPEncodingError),
 }

@@ -1,4 +1,4 @@
-//! Which point of the original a point of the hull shows, and how often that jumps.
+//! The parametrisation of the original over the hull, and its discontinuities.
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 4 and figures 4 and 5.
 //! Deviations: where the line along the normal misses, or first meets the original far behind the nearest point of it, that

@@ -1,4 +1,4 @@
-//! Whole bakes of small models whose colours are known.
+//! Complete bakes of small models with known colours.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 

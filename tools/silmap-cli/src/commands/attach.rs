@@ -1,4 +1,4 @@
-//! `silmap attach`: an asset's data back into a plain file that another program made of it.
+//! `silmap attach`: restores an asset's data in a file that another program wrote without them.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! `silmap demo`: the whole way on a model of silmap's own making, with pictures and a report to look at.
+//! `silmap demo`: all stages on a generated model, with pictures and a report.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! `silmap generate`: a model of silmap's own making.
+//! `silmap generate`: a generated model.
 
 use std::path::Path;
 

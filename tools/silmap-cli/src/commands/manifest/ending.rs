@@ -1,4 +1,4 @@
-//! What the end of a model's process means: done, its own fault, for want of resources, or ours.
+//! Classification of a child process's end: done, bad input, out of resources, or a fault of silmap.
 
 use std::process::ExitStatus;
 

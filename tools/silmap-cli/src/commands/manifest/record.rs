@@ -1,4 +1,4 @@
-//! What became of a model: the line on standard output, and the record beside the asset that a later run reads.
+//! The result of a model: the line on standard output, and the record beside the asset.
 //!
 //! A record appears after its asset, so that an asset without one is built again and never taken for something else.
 
