@@ -6,15 +6,9 @@ use std::sync::LazyLock;
 use anyhow::Context as _;
 use glam::DVec3;
 use silmap_exact::{ConeForest, EdgeMesh, Extractor, Viewpoint};
-<<<<<<< HEAD
 use silmap_geometry::{Camera, ClosedMesh};
 use silmap_map::asset::{self, Asset};
-use silmap_map::{Method, Scratch, outline};
-=======
-use silmap_geometry::Camera;
-use silmap_map::asset::Asset;
 use silmap_map::{Method, MapReader, outline};
->>>>>>> w-map
 use silmap_hull::ProgressiveHull;
 use silmap_mesh_io::{LoadOptions, load_bytes};
 use silmap_geometry::Watch;

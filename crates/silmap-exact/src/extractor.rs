@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 //! One interface to all extraction methods.
-=======
-//! The extractor: silhouette edges of a mesh by any of its methods.
->>>>>>> w-map
 
 use std::fmt;
 

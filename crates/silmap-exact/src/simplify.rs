@@ -8,12 +8,9 @@
 //! Simplification Using Quadric Error Metrics. SIGGRAPH 1997. Deviation: near-silhouettes count too, the less the farther a face is
 //! from being seen edge-on, so that viewpoints between the given ones are served.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 use silmap_geometry::camera::in_short;
-use silmap_geometry::{Appearance, ClosedMesh, Interrupted, TriangleMesh, Watch};
+use silmap_geometry::{Appearance, ClosedMesh, CostQueue, Interrupted, TriangleMesh, Watch};
 use thiserror::Error;
 
 use crate::watch::{Counter, SIMPLIFY};
@@ -76,36 +73,12 @@ pub enum SimplifyError {
 }
 
 /// An edge that may be collapsed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    cost: f64,
     ends: [u32; 2],
     /// How often each end had changed by then.
     versions: [u32; 2],
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.cost
-            .total_cmp(&other.cost)
-            .then(self.ends.cmp(&other.ends))
-            .then(self.versions.cmp(&other.versions))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// A simplified mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,7 +132,7 @@ pub fn simplify(
         keep_seams(&work, &looks, &mut quadrics);
     }
     let mut collapses = Collapses {
-        queue: BinaryHeap::new(),
+        queue: CostQueue::default(),
         deferred: Vec::new(),
         most_valence: FIRST_VALENCE,
         work,
@@ -235,9 +208,9 @@ fn keep_seams(work: &Shrinking, looks: &Looks, quadrics: &mut [Quadric]) {
 
 /// A mesh while its edges are collapsed in the order of their error.
 struct Collapses<'a> {
-    queue: BinaryHeap<Reverse<Entry>>,
-    /// Edges whose vertex would have more than `most_valence` faces.
-    deferred: Vec<Entry>,
+    queue: CostQueue<Entry>,
+    /// Costs and edges whose vertex would have more than `most_valence` faces.
+    deferred: Vec<(f64, Entry)>,
     most_valence: u32,
     work: Shrinking,
     quadrics: Vec<Quadric>,
@@ -273,11 +246,8 @@ impl Collapses<'_> {
             .fold(f64::INFINITY, f64::min);
         // Without a place now it may have one later, and is queued again by what changes it.
         if cost < f64::INFINITY {
-            self.queue.push(Reverse(Entry {
-                cost,
-                ends,
-                versions: ends.map(|v| self.work.version(v)),
-            }));
+            let versions = ends.map(|v| self.work.version(v));
+            self.queue.push(cost, Entry { ends, versions });
         }
     }
 
@@ -287,12 +257,12 @@ impl Collapses<'_> {
 
     /// Takes the next edge from the queue and collapses it if it can be; tells whether a seam was torn.
     fn step(&mut self) -> Option<bool> {
-        let Some(Reverse(entry)) = self.queue.pop() else {
+        let Some((cost, entry)) = self.queue.pop() else {
             if self.deferred.is_empty() {
                 return None;
             }
             self.most_valence = self.most_valence.saturating_mul(VALENCE_STEP);
-            self.queue.extend(self.deferred.drain(..).map(Reverse));
+            self.queue.extend(self.deferred.drain(..));
             return Some(false);
         };
         let (ends, [kept, _]) = (entry.ends, entry.ends);
@@ -302,7 +272,7 @@ impl Collapses<'_> {
         }
         let [a, b] = ends.map(|v| self.work.valence(v));
         if (a + b).saturating_sub(4) > self.most_valence {
-            self.deferred.push(entry);
+            self.deferred.push((cost, entry));
             return Some(false);
         }
         if !self.work.can_collapse(ends) {

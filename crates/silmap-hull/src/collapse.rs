@@ -4,12 +4,9 @@
 //! again when its turn comes: costs mostly rise as the mesh shrinks, so the order hardly differs from that of an always
 //! fresh queue, at a third of the linear programs.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 use silmap_geometry::bvh::{Bvh, closest_weights};
-use silmap_geometry::{TriangleMesh, Watch};
+use silmap_geometry::{CostQueue, TriangleMesh, Watch};
 
 use super::inside::Inside;
 use super::placement::{FaceShape, Guards, Neighbourhood, Placement};
@@ -76,43 +73,19 @@ struct State {
 }
 
 /// An edge in the queue.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    priority: f64,
     edge: u32,
     /// How often the edge had been looked at by then: an entry of an earlier look is void.
     look: u32,
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.priority
-            .total_cmp(&other.priority)
-            .then(self.edge.cmp(&other.edge))
-            .then(self.look.cmp(&other.look))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 struct Collapser<'a> {
     params: &'a HullParams,
     guards: Guards,
     original: &'a Bvh,
     state: State,
-    queue: BinaryHeap<Reverse<Entry>>,
+    queue: CostQueue<Entry>,
     /// Per half-edge: whether the edge of that name is in the queue.
     is_queued: Vec<bool>,
     /// Per half-edge: how often the edge of that name was looked at.
@@ -167,7 +140,7 @@ pub(super) fn collapse(
         params,
         guards: Guards::LADDER[0],
         original: model.tree,
-        queue: BinaryHeap::with_capacity(half_edges / 2),
+        queue: CostQueue::with_capacity(half_edges / 2),
         is_queued: vec![false; half_edges],
         looks: vec![0; half_edges],
         last_look: vec![0; half_edges],
@@ -272,18 +245,15 @@ impl Collapser<'_> {
         if let Some(placement) = self.neighbourhood.place(surface, &self.guards, self.params) {
             self.is_queued[edge as usize] = true;
             self.placements[edge as usize] = placement;
-            self.queue.push(Reverse(Entry {
-                priority: placement.priority,
-                edge,
-                look: self.looks[edge as usize],
-            }));
+            let look = self.looks[edge as usize];
+            self.queue.push(placement.priority, Entry { edge, look });
         }
     }
 
     fn run(&mut self, limits: &Limits, watch: &Watch<'_>) -> Result<(), HullError> {
         while self.face_count > limits.faces {
             watch.check()?;
-            let Some(Reverse(entry)) = self.queue.pop() else {
+            let Some((_, entry)) = self.queue.pop() else {
                 break;
             };
             let surface = &mut self.state.surface;

@@ -6,6 +6,8 @@
 //!
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. TR-1-99, 1999, section 7; the progressive mesh
 //! is that of H. Hoppe. Progressive Meshes. SIGGRAPH 1996.
+//!
+#![doc = include_str!("../README.md")]
 
 mod collapse;
 mod colours;

@@ -1,7 +1,6 @@
 //! Meshes in and out of files.
 //!
-//! [`load`] reads a file, welds it, mends what it is told to mend, and gives a [`ClosedMesh`] or one sentence about what
-//! is wrong. No reader trusts a count or an index of the file: nothing is allocated for what a header merely claims.
+#![doc = include_str!("../README.md")]
 
 mod content;
 mod error;

@@ -1,6 +1,8 @@
 //! Models that need no file: closed, oriented, outward manifolds of any face count.
 //!
-//! The same kind and count always give the same mesh. Counts are approached, not promised: each function says how near.
+//! Counts are approached, not promised: each function says how near.
+//!
+#![doc = include_str!("../README.md")]
 
 mod field;
 mod noise;

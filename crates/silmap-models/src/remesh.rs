@@ -8,12 +8,9 @@
 //! Deviations: shortest edge first until the count is reached, in place of an edge length; flips are Delaunay flips
 //! in place of valence flips; vertices go back to the surface by Newton steps along the gradient.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 use rayon::prelude::*;
-use silmap_geometry::TriangleMesh;
+use silmap_geometry::{CostQueue, TriangleMesh};
 
 use super::polygonise::Field;
 
@@ -209,11 +206,10 @@ impl HalfedgeTable {
     }
 
     /// Squared length in units of the fineness wanted.
-    fn cost(&self, h: u32) -> u64 {
+    fn cost(&self, h: u32) -> f64 {
         let fineness =
             0.5 * (self.fineness[self.tail(h) as usize] + self.fineness[self.head(h) as usize]);
-        // Non-negative floats order like their bits, so the queue's order is total.
-        (self.length_squared(h) / (fineness * fineness)).to_bits()
+        self.length_squared(h) / (fineness * fineness)
     }
 
     fn length_squared(&self, h: u32) -> f64 {
@@ -223,16 +219,16 @@ impl HalfedgeTable {
 
     /// Collapses edges, shortest first, until `wanted` faces are left or every edge has been tried; how many.
     fn collapse_short_edges<F: Field>(&mut self, wanted: usize, surface: &Surface<'_, F>) -> usize {
-        let mut queue: BinaryHeap<Reverse<(u64, u32)>> = (0..self.vertex.len() as u32)
+        let mut queue: CostQueue<u32> = (0..self.vertex.len() as u32)
             .filter(|&h| self.is_live(h) && h < self.twin[h as usize])
-            .map(|h| Reverse((self.cost(h), h)))
+            .map(|h| (self.cost(h), h))
             .collect();
         let mut collapsed = 0;
         while self.live_faces > wanted {
-            let Some(Reverse((key, h))) = queue.pop() else {
+            let Some((cost, h)) = queue.pop() else {
                 break;
             };
-            if !self.is_live(h) || self.cost(h) != key {
+            if !self.is_live(h) || self.cost(h) != cost {
                 continue;
             }
             let (from, to) = (self.tail(h), self.head(h));
@@ -245,7 +241,7 @@ impl HalfedgeTable {
             collapsed += 1;
             for k in self.around(start) {
                 let edge = k.min(self.twin[k as usize]);
-                queue.push(Reverse((self.cost(edge), edge)));
+                queue.push(self.cost(edge), edge);
             }
         }
         collapsed

@@ -25,10 +25,7 @@ mod outward;
 #[cfg(test)]
 mod tests;
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-use silmap_geometry::{CoverageRule, Loop};
+use silmap_geometry::{CostQueue, CoverageRule, Loop};
 
 pub use levels::add_levels;
 use outline::{Proposal, SimplifiedLoops};
@@ -99,18 +96,12 @@ fn remove_vertices(
     cost: impl Fn(&SimplifiedLoops, u32) -> Option<f64>,
     propose: impl Fn(&SimplifiedLoops, u32) -> Option<Proposal>,
 ) {
-    // Costs are not negative, and such floats sort as their bits do; ties go to the lower vertex.
-    let mut queue: BinaryHeap<_> = (0..outline.vertex_count())
+    // Of equal costs the lower vertex goes first.
+    let mut queue: CostQueue<_> = (0..outline.vertex_count())
         .filter(|&v| !outline.is_gone(v))
-        .filter_map(|v| {
-            Some(Reverse((
-                cost(outline, v)?.to_bits(),
-                v,
-                outline.version(v),
-            )))
-        })
+        .filter_map(|v| Some((cost(outline, v)?, (v, outline.version(v)))))
         .collect();
-    while let Some(Reverse((_, v, version))) = queue.pop() {
+    while let Some((_, (v, version))) = queue.pop() {
         if outline.version(v) != version {
             continue;
         }
@@ -120,7 +111,7 @@ fn remove_vertices(
         };
         for near in outline.apply(v, &proposal) {
             if let Some(cost) = cost(outline, near) {
-                queue.push(Reverse((cost.to_bits(), near, outline.version(near))));
+                queue.push(cost, (near, outline.version(near)));
             }
         }
     }

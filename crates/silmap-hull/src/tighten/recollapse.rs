@@ -3,50 +3,21 @@
 //! An edge that a collapse only brushed keeps its place in the queue and is looked at again when its turn comes; edges
 //! at the new vertex are looked at at once.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 
 use super::Tightener;
 use crate::HullError;
-use silmap_geometry::Watch;
+use silmap_geometry::{CostQueue, Watch};
 
 /// Most faces at a vertex after a collapse.
 const MAX_VALENCE: u32 = 14;
 
 /// An edge in the queue.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    /// Volume that its collapse adds.
-    cost: f64,
     edge: u32,
     look: u32,
-    position: DVec3,
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.cost
-            .total_cmp(&other.cost)
-            .then(self.edge.cmp(&other.edge))
-            .then(self.look.cmp(&other.look))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// What is known of an edge, by its name.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,10 +27,13 @@ struct Known {
     is_queued: bool,
     /// Whether its surroundings changed since.
     is_stale: bool,
+    /// Where its vertex goes when it is collapsed.
+    position: DVec3,
 }
 
 struct Queue {
-    entries: BinaryHeap<Reverse<Entry>>,
+    /// By the volume that their collapse adds.
+    entries: CostQueue<Entry>,
     known: Vec<Known>,
 }
 
@@ -67,7 +41,7 @@ impl Tightener<'_> {
     /// Collapses edges, the cheapest first, down to `faces`, or as far as it goes.
     pub(super) fn collapse_to(&mut self, faces: usize, watch: &Watch<'_>) -> Result<(), HullError> {
         let mut queue = Queue {
-            entries: BinaryHeap::new(),
+            entries: CostQueue::default(),
             known: vec![Known::default(); self.surface.origin.len()],
         };
         if self.face_count > faces {
@@ -80,7 +54,7 @@ impl Tightener<'_> {
         let mut moved = Vec::new();
         while self.face_count > faces {
             watch.check()?;
-            let Some(Reverse(entry)) = queue.entries.pop() else {
+            let Some((_, entry)) = queue.entries.pop() else {
                 break;
             };
             let edge = entry.edge;
@@ -92,6 +66,7 @@ impl Tightener<'_> {
                 continue;
             }
             known.is_queued = false;
+            let position = known.position;
             if known.is_stale {
                 self.look_at(edge, &mut queue);
                 continue;
@@ -101,12 +76,12 @@ impl Tightener<'_> {
             }
             let surface = &self.surface;
             if let Some(tree) = &mut self.tree
-                && tree.would_cross(surface, edge, entry.position)
+                && tree.would_cross(surface, edge, position)
             {
                 continue;
             }
             moved.clear();
-            let contraction = self.surface.contract(edge, entry.position, &mut moved);
+            let contraction = self.surface.contract(edge, position, &mut moved);
             if let Some(tree) = &mut self.tree {
                 let gone = contraction.faces.map(|f| f.0);
                 tree.update_around(&self.surface, contraction.kept, gone);
@@ -146,6 +121,7 @@ impl Tightener<'_> {
             look: known.look + 1,
             is_queued: false,
             is_stale: false,
+            position: DVec3::ZERO,
         };
         let ends = [self.surface.start(edge), self.surface.end(edge)];
         let valence = self.surface.valence(ends[0]) + self.surface.valence(ends[1]) - 4;
@@ -161,12 +137,12 @@ impl Tightener<'_> {
         };
         if self.is_allowed(at) {
             known.is_queued = true;
-            queue.entries.push(Reverse(Entry {
-                cost: self.patch.added_volume(at),
+            known.position = self.patch.origin + at;
+            let entry = Entry {
                 edge,
                 look: known.look,
-                position: self.patch.origin + at,
-            }));
+            };
+            queue.entries.push(self.patch.added_volume(at), entry);
         }
     }
 }

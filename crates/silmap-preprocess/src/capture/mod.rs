@@ -7,6 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use silmap_geometry::raster::RasterError;
 use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mask};
 #[cfg(feature = "gpu")]
 use silmap_gpu::{Gpu, GpuError};
@@ -79,34 +80,9 @@ pub enum CaptureError {
         /// The adapter's limit.
         limit: u32,
     },
-    /// Part of the model lies behind the eye or beside it, where no image reaches.
-    #[error("vertex {vertex} lies behind the eye or too close to it: move the eye farther out")]
-    BehindEye {
-        /// The first such vertex of a face.
-        vertex: u32,
-    },
-    /// Part of the model falls so far outside the image that the arithmetic would overflow.
-    #[error(
-        "vertex {vertex} falls more than {limit_px} pixels from the image: widen the field of view or move the eye out"
-    )]
-    OutOfReach {
-        /// The first such vertex of a face.
-        vertex: u32,
-        /// How far is too far, pixels.
-        limit_px: f64,
-    },
-    /// The mask handed in does not have the camera's size.
-    #[error("the mask is {mask_width} × {mask_height} pixels and the camera {width} × {height}")]
-    MaskSize {
-        /// Columns of the mask.
-        mask_width: u32,
-        /// Rows of the mask.
-        mask_height: u32,
-        /// Columns of the camera.
-        width: u32,
-        /// Rows of the camera.
-        height: u32,
-    },
+    /// The processor cannot draw the whole model.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
 }
 
 /// Cameras spread evenly on the sphere of radius `distance` about the model's center, all looking at it.

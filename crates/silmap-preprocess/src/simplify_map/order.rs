@@ -39,9 +39,9 @@ impl Simplification<'_> {
         Ok(order)
     }
 
-    /// Evaluates all collapses anew: views were moved, and what is in the heap was true before.
+    /// Evaluates all collapses anew: views were moved, and what is in the queue was true before.
     pub(super) fn restart(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
-        self.heap.clear();
+        self.queue.clear();
         self.probes = ORDER_PROBES;
         self.evaluate_all(watch)
     }
@@ -53,11 +53,11 @@ impl Simplification<'_> {
     ) -> Result<Option<CollapseStep>, Interrupted> {
         let Collapse { removed, onto } = loop {
             watch.check()?;
-            let Some(candidate) = self.next_collapse(watch)? else {
+            let Some((_, collapse)) = self.next_collapse(watch)? else {
                 return Ok(None);
             };
-            if self.apply(candidate.collapse) {
-                break candidate.collapse;
+            if self.apply(collapse) {
+                break collapse;
             }
         };
         let turned = self.turn_edges(&self.polytope.edges_around(onto));

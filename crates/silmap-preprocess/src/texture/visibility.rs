@@ -10,7 +10,8 @@ use glam::DVec3;
 use silmap_geometry::Camera;
 use silmap_map::CoarseHull;
 
-use super::item_buffer::{ImageTriangle, ItemBuffer};
+use super::item_buffer::ItemBuffer;
+use silmap_geometry::raster::ImageTriangle;
 
 /// Faces whose normal is at least this far off the direction to the eye (cosine) are too oblique to take colours from.
 const MIN_COSINE: f64 = 0.15;
