@@ -22,7 +22,7 @@ const UNPACK: &str = "unpack it first";
 const EXPORT: &str =
     "export it from the program that wrote it, or from Blender, as .glb, .obj, .ply or .stl";
 const TESSELLATE: &str = "it holds curved surfaces: mesh it in a CAD program such as FreeCAD and save that as .stl or .obj";
-const POINTS: &str = "points have no surface: reconstruct one first, for example with MeshLab or Open3D, and save that as .ply";
+pub(super) const POINTS: &str = "points have no surface: reconstruct one first, for example with MeshLab or Open3D, and save that as .ply";
 
 /// Files of other kinds by what they begin with.
 const BY_START: [(&[u8], &str, &str); 34] = [

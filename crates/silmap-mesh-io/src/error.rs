@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use silmap_geometry::MeshDefects;
 use silmap_geometry::camera::in_short;
+use silmap_geometry::defects::counted;
 use thiserror::Error;
 
 /// A mesh file that could not be read, used or written: one sentence that names the file and the first offending
@@ -168,6 +169,14 @@ pub enum MeshFault {
     /// There is no face.
     #[error("no faces")]
     NoFaces,
+    /// There are vertices and no face.
+    #[error("no faces, only {}: {way_out}", counted(*.vertices, "vertex"))]
+    PointsOnly {
+        /// How many vertices there are.
+        vertices: usize,
+        /// What to do about it.
+        way_out: &'static str,
+    },
     /// There are faces, and none has an area.
     #[error("no area: corners lie at the same place in every one of its faces ({faces})")]
     NoArea {
@@ -184,7 +193,7 @@ pub enum MeshFault {
         #[source]
         defects: MeshDefects,
         /// Which option would help, with its punctuation.
-        hint: &'static str,
+        hint: String,
     },
     /// Repair was asked for and is not possible.
     #[error("cannot be repaired: {0}")]

@@ -292,7 +292,7 @@ fn close(
         Vec::new()
     };
     let first_number = raw.first_number;
-    let mut warnings = raw.warnings;
+    let mut warnings = std::mem::take(&mut raw.warnings);
     if mesh.faces.is_empty() {
         return Err(match dropped {
             0 => MeshFault::NoFaces,
@@ -377,6 +377,9 @@ fn close(
         warnings.push(MeshWarning::Repaired { what });
         return Ok((mesh, warnings));
     }
+    let wider = (defects.is_open())
+        .then(|| seams::wider_distance(&weld(&raw).mesh, distance))
+        .flatten();
     if let Some(mesh) = close_unwelded(raw.mesh, origin) {
         let what = "sheets touch where the file keeps vertices apart: its vertices were not merged";
         warnings.push(MeshWarning::Ignored {
@@ -385,7 +388,7 @@ fn close(
         return Ok((mesh.with_origin(origin), warnings));
     }
     Err(MeshFault::NotClosed {
-        hint: hint(&defects, options),
+        hint: hint(&defects, options, wider),
         defects: defects.renumber(&vertex_of, &face_of, first_number),
     })
 }
@@ -422,14 +425,20 @@ fn through(of: &[u32], names: &[u32]) -> Vec<u32> {
     of.iter().map(|&i| names[i as usize]).collect()
 }
 
-/// Which option would help.
-fn hint(defects: &MeshDefects, options: &LoadOptions) -> &'static str {
-    let wants_repair = defects.is_repairable() && !options.repair;
-    let wants_closing = defects.is_open() && !options.close_holes;
-    match (wants_repair, wants_closing) {
-        (true, true) => " (--repair and --close-holes may help)",
-        (true, false) => " (--repair may help)",
-        (false, true) => " (--close-holes may help)",
-        (false, false) => "",
+/// Which options would help; `wider` is a distance at which open edges could be joined.
+fn hint(defects: &MeshDefects, options: &LoadOptions, wider: Option<f64>) -> String {
+    let mut helpful = Vec::new();
+    if defects.is_repairable() && !options.repair {
+        helpful.push("--repair".to_owned());
     }
+    if let Some(distance) = wider {
+        // Filling would leave slivers where edges should meet.
+        helpful.push(format!("--weld {distance:e}"));
+    } else if defects.is_open() && !options.close_holes {
+        helpful.push("--close-holes".to_owned());
+    }
+    if helpful.is_empty() {
+        return String::new();
+    }
+    format!(" ({} may help)", helpful.join(" and "))
 }

@@ -8,6 +8,7 @@
 //! it. Options that only change how a renderer filters are passed over; those that change colours are left out with a
 //! warning.
 
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -16,11 +17,14 @@ use silmap_geometry::{ColourImage, Material, TextureWrap};
 use super::raw::RawMesh;
 use super::text::find_file;
 
+/// The most blanks, and one more, in the name of one library among several.
+const MOST_WORDS: usize = 16;
+
 /// The materials of the libraries opened so far.
 pub(super) struct MaterialLibrary<'a> {
     folder: &'a Path,
-    materials: Vec<Entry>,
-    images: Vec<(PathBuf, Option<ColourImage>)>,
+    materials: BTreeMap<String, Entry>,
+    images: BTreeMap<PathBuf, Option<ColourImage>>,
     has_library: bool,
 }
 
@@ -77,8 +81,8 @@ impl<'a> MaterialLibrary<'a> {
     pub(super) fn new(folder: &'a Path) -> Self {
         Self {
             folder,
-            materials: Vec::new(),
-            images: Vec::new(),
+            materials: BTreeMap::new(),
+            images: BTreeMap::new(),
             has_library: false,
         }
     }
@@ -92,7 +96,7 @@ impl<'a> MaterialLibrary<'a> {
         let mut found = Vec::new();
         while from < words.len() {
             let whole = [statement.trim()];
-            let runs = (from + 1..=words.len()).rev();
+            let runs = (from + 1..=words.len().min(from + MOST_WORDS)).rev();
             let known = runs.clone().find_map(|to| {
                 let name = words[from..to].join(" ");
                 Some((to, find_file(self.folder, &name)?))
@@ -127,13 +131,13 @@ impl<'a> MaterialLibrary<'a> {
             }
             from = to;
         }
-        self.materials.extend(found);
+        let named = found.into_iter().map(|entry| (entry.name.clone(), entry));
+        self.materials.extend(named);
     }
 
     /// A material by its name, with its texture.
     pub(super) fn material(&mut self, name: &str, raw: &mut RawMesh) -> Option<Painted> {
-        let found = self.materials.iter().rev().find(|m| m.name == name);
-        let Some(entry) = found.cloned() else {
+        let Some(entry) = self.materials.get(name).cloned() else {
             if self.has_library {
                 raw.ignore(format!("material `{name}` is not in the material library"));
             } else {
@@ -184,7 +188,7 @@ impl<'a> MaterialLibrary<'a> {
             .path
             .clone()
             .unwrap_or_else(|| folder.join(map.name.replace('\\', "/")));
-        if let Some((_, image)) = self.images.iter().find(|(known, _)| *known == path) {
+        if let Some(image) = self.images.get(&path) {
             return image.clone();
         }
         let image = read_image(&path)
@@ -193,7 +197,7 @@ impl<'a> MaterialLibrary<'a> {
                 raw.ignore(format!("texture `{name}` cannot be read: {reason}"));
             })
             .ok();
-        self.images.push((path, image.clone()));
+        self.images.insert(path, image.clone());
         image
     }
 }
@@ -232,6 +236,22 @@ impl TextureStatement {
     /// Reads a statement. Some writers put options behind the name, and a name may begin with a number as an option's
     /// values do: the reading for which there is a file counts.
     fn parse(statement: &str, folder: &Path) -> Self {
+        let map = Self::options_first(statement, folder);
+        if map.path.is_none()
+            && let Some((name, options)) = map.name.split_once(" -")
+            && let Some(path) = find_file(folder, unquoted(name))
+        {
+            let behind = Self::options_first(&format!("-{options} {name}"), folder);
+            return Self {
+                path: Some(path),
+                ..behind
+            };
+        }
+        map
+    }
+
+    /// Reads a statement whose options stand before the name.
+    fn options_first(statement: &str, folder: &Path) -> Self {
         let mut map = Self::default();
         let mut rest = statement.trim();
         while let Some((option, values)) = split_option(rest) {
@@ -252,16 +272,6 @@ impl TextureStatement {
         }
         map.name = unquoted(rest).to_owned();
         map.path = find_file(folder, &map.name);
-        if map.path.is_none()
-            && let Some((name, options)) = rest.split_once(" -")
-            && let Some(path) = find_file(folder, unquoted(name))
-        {
-            let behind = Self::parse(&format!("-{options} {name}"), folder);
-            return Self {
-                path: Some(path),
-                ..behind
-            };
-        }
         map
     }
 }
@@ -482,6 +492,11 @@ mod tests {
         assert_eq!(name("-s 2 gone.png"), "gone.png");
         assert_eq!(parse("-s 2 2 06 b.png").placement.scale, [2.0; 2]);
         assert_eq!(parse("skin.png -s 2 3 1").placement.scale, [2.0, 3.0]);
+        // Names that look like options lead around in a circle.
+        for name in ["-y", "-z"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        assert!(parse("-y -z").path.is_some());
         assert!(parse("-clamp on skin.png").placement.is_clamped);
         assert_eq!(parse("-mm 0.5 2 skin.png").left_out, ["`-mm 0.5 2`"]);
         let moved = parse("-o 0.25 0.5 -s 2 4 1 skin.png").placement;
@@ -515,6 +530,9 @@ mod tests {
         assert_eq!(all, [Some(red), Some(blue), Some(grey)]);
         // One is missing, and so are its materials.
         let (all, warnings) = colours("no such.mtl my second.mtl");
+        assert_eq!((all, warnings), ([None, Some(blue), Some(grey)], 2));
+        // Names are looked for among a bounded number of words each.
+        let (all, warnings) = colours(&("no.mtl ".repeat(2000) + "my second.mtl"));
         assert_eq!((all, warnings), ([None, Some(blue), Some(grey)], 2));
     }
 }

@@ -7,10 +7,12 @@
 //! Numbers after the three coordinates are not in the standard. One is a weight, three are a colour; four are either weight
 //! and colour, or colour and opacity: they are a weight first where that one is 1 at every vertex.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
 
+use super::content::POINTS;
 use super::error::{LineFault, MeshFault, excerpt};
 use super::mtl::{MaterialLibrary, Placement};
 use super::raw::{MOST_CORNERS, MOST_MATERIALS, PolygonLook, RawMesh};
@@ -30,8 +32,8 @@ struct Reader<'a> {
     uvs: Vec<[f32; 2]>,
     library: MaterialLibrary<'a>,
     current: Option<(u16, Placement)>,
-    /// Name, index in the mesh's materials and placement of the texture, of every material used.
-    used: Vec<(String, (u16, Placement))>,
+    /// Index in the mesh's materials and placement of the texture of every material used, by its name.
+    used: BTreeMap<String, (u16, Placement)>,
 }
 
 /// The numbers behind a vertex's coordinates.
@@ -50,7 +52,7 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<RawMesh, MeshFault> {
         uvs: Vec::new(),
         library: MaterialLibrary::new(folder),
         current: None,
-        used: Vec::new(),
+        used: BTreeMap::new(),
     };
     // Some writers name the library after its first use.
     for (_, line) in numbered_lines(&text) {
@@ -233,8 +235,8 @@ impl Reader<'_> {
     }
 
     fn use_material(&mut self, name: &str) {
-        if let Some((_, known)) = self.used.iter().find(|(used, _)| used == name) {
-            self.current = Some(*known);
+        if let Some(&known) = self.used.get(name) {
+            self.current = Some(known);
             return;
         }
         self.current = None;
@@ -245,9 +247,9 @@ impl Reader<'_> {
         if materials.len() < MOST_MATERIALS {
             let index = materials.len() as u16;
             materials.push(painted.material);
-            self.used
-                .push((name.to_owned(), (index, painted.placement)));
-            self.current = Some((index, painted.placement));
+            let known = (index, painted.placement);
+            self.used.insert(name.to_owned(), known);
+            self.current = Some(known);
         }
     }
 
@@ -256,7 +258,10 @@ impl Reader<'_> {
             return Err(if self.raw.mesh.positions.is_empty() {
                 MeshFault::NoVertices
             } else {
-                MeshFault::NoFaces
+                MeshFault::PointsOnly {
+                    vertices: self.raw.mesh.positions.len(),
+                    way_out: POINTS,
+                }
             });
         }
         let colours = self.colours();

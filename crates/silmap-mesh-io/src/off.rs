@@ -11,6 +11,7 @@
 use glam::DVec3;
 use silmap_geometry::defects::counted;
 
+use super::content::POINTS;
 use super::error::{HeaderFault, LineFault, MeshFault, excerpt};
 use super::raw::{MOST_CORNERS, PolygonLook, RawMesh};
 use super::text::{decode, numbered_lines, three_numbers};
@@ -49,14 +50,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     if vertex_count == 0 {
         return Err(MeshFault::NoVertices);
     }
-    if face_count == 0 {
-        return Err(MeshFault::NoFaces);
-    }
     if vertex_count > data.len() as u64 {
         return Err(MeshFault::CountMismatch {
             element: "vertices",
             claimed: vertex_count,
             found: format!("{} data lines", data.len()),
+        });
+    }
+    if face_count == 0 {
+        return Err(MeshFault::PointsOnly {
+            vertices: vertex_count as usize,
+            way_out: POINTS,
         });
     }
     let (vertex_lines, face_lines) = data.split_at(vertex_count as usize);
@@ -66,9 +70,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
     for (vertex, &(number, line)) in (0..).zip(vertex_lines) {
         let position = read_vertex(number, line, vertex, letters.is_homogeneous)?;
         raw.mesh.positions.push(position);
-        line.split_whitespace()
-            .take(3)
-            .for_each(|word| raw.note_digits(word));
+        line.split_whitespace().take(3).for_each(|word| {
+            raw.note_digits(word);
+        });
         if let Some(at) = colour_at {
             colours.push(read_colour(line.split_whitespace().skip(at)));
         }

@@ -13,12 +13,14 @@ use std::path::Path;
 use glam::DVec3;
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{
-    ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
+    ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
+    PropertyType, ScalarType,
 };
 use silmap_geometry::Material;
 use silmap_geometry::defects::repeated_corner;
 use silmap_geometry::lighting::linear_from_srgb;
 
+use super::content::POINTS;
 use super::error::{HeaderFault, LineFault, MeshFault, excerpt};
 use super::mtl::read_image;
 use super::ply_header::{Header, read_header};
@@ -184,7 +186,10 @@ fn check_elements(header: &Header) -> Result<(), MeshFault> {
         return Err(MeshFault::NoVertices);
     }
     let kinds = ["face", STRIPS].map(|name| header.elements.iter().find(|e| e.name == name));
-    if kinds == [None, None] {
+    // A cloud of points has no lists; another list may be faces under a name that is not known here.
+    let is_list = |p: &PropertyDef| matches!(p.data_type, PropertyType::List(..));
+    let has_lists = |e: &ElementDef| e.properties.values().any(is_list);
+    if kinds == [None, None] && header.elements.iter().any(has_lists) {
         return Err(MeshFault::Header(HeaderFault::NoElement { name: "face" }));
     }
     for element in kinds.into_iter().flatten().filter(|e| e.count > 0) {
@@ -203,10 +208,17 @@ fn check_elements(header: &Header) -> Result<(), MeshFault> {
             }));
         }
     }
-    if kinds.iter().flatten().all(|e| e.count == 0) {
-        return Err(MeshFault::NoFaces);
-    }
     Ok(())
+}
+
+/// What helps where a file has no faces.
+fn way_to_faces(header: &Header) -> &'static str {
+    if header.is_from_vtk {
+        "VTK leaves triangle strips out of this format, so pass the mesh through vtkTriangleFilter first; if it is points alone, reconstruct \
+         a surface"
+    } else {
+        POINTS
+    }
 }
 
 /// Takes elements in file order and makes a mesh of them. Faces that come before the vertices are kept until then.
@@ -402,7 +414,15 @@ impl Builder {
             }
         }
         if self.raw.mesh.faces.is_empty() {
-            return Err(MeshFault::NoFaces);
+            return Err(if faces.is_empty() && strips.is_empty() {
+                let way_out = way_to_faces(header);
+                MeshFault::PointsOnly {
+                    vertices: count,
+                    way_out,
+                }
+            } else {
+                MeshFault::NoFaces
+            });
         }
         Ok(self.raw.finish())
     }

@@ -4,6 +4,8 @@
 //! knows neither lines that end in CR alone nor a header that never ends, and silently keeps the last of two elements of
 //! one name.
 
+use std::collections::BTreeSet;
+
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding};
 
@@ -20,6 +22,8 @@ pub(super) struct Header {
     pub(super) elements: Vec<ElementDef>,
     /// The textures named in `comment TextureFile` lines.
     pub(super) textures: Vec<String>,
+    /// A comment says that VTK wrote it.
+    pub(super) is_from_vtk: bool,
     /// Lines before the data.
     pub(super) line_count: usize,
     /// Where the data begins.
@@ -43,14 +47,15 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, MeshFault> {
         encoding: Encoding::Ascii,
         elements: Vec::new(),
         textures: Vec::new(),
+        is_from_vtk: false,
         line_count: 0,
         data_start: 0,
     };
     // The lines that matter, as the parser likes them.
     let mut cleaned = String::from("ply\n");
     let mut has_format = false;
-    let mut element_names: Vec<String> = Vec::new();
-    let mut property_names: Vec<String> = Vec::new();
+    let mut element_names: BTreeSet<String> = BTreeSet::new();
+    let mut property_names: BTreeSet<String> = BTreeSet::new();
     let parser = Parser::<DefaultElement>::new();
     loop {
         let rest = &bytes[header.data_start..];
@@ -85,6 +90,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, MeshFault> {
             let name = text.split_once(keyword).map(|(_, name)| name.trim());
             header.textures.extend(name.map(str::to_owned));
         }
+        header.is_from_vtk |= words.starts_with(&["comment", "VTK"]);
         if matches!(words[0], "comment" | "obj_info") {
             continue;
         }
@@ -95,18 +101,16 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, MeshFault> {
                 continue;
             }
             ["element", name, _] => {
-                if element_names.iter().any(|known| known == name) {
+                if !element_names.insert(name.to_owned()) {
                     let name = name.to_owned();
                     return Err(MeshFault::Header(HeaderFault::RepeatedElement { name }));
                 }
-                element_names.push(name.to_owned());
                 property_names.clear();
             }
             ["property", .., name] if !element_names.is_empty() => {
-                if property_names.iter().any(|known| known == name) {
+                if !property_names.insert(name.to_owned()) {
                     return Err(unreadable(&header, bytes, text));
                 }
-                property_names.push(name.to_owned());
             }
             _ => return Err(unreadable(&header, bytes, text)),
         }

@@ -1,5 +1,7 @@
 //! A mesh as a file tells it: polygons cut into triangles, nothing welded or checked yet.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use silmap_geometry::defects::counted;
 use silmap_geometry::lighting;
@@ -29,10 +31,14 @@ pub(super) struct RawMesh {
     pub(super) first_number: u32,
     /// What was odd.
     pub(super) warnings: Vec<MeshWarning>,
+    /// What [`Self::ignore`] said already.
+    ignored: BTreeSet<String>,
     /// What materials cut out.
     pub(super) alpha: CutOut,
     /// Most digits of a coordinate's decimal number; 0 when the numbers are binary.
     pub(super) digits: u8,
+    /// Fewest digits that all numbers of a facet were rounded to; 0 when there is no such facet.
+    pub(super) facet_digits: u8,
     /// The numbers were of single precision before they were transformed.
     pub(super) is_single: bool,
     /// Faces of the file so far.
@@ -59,6 +65,11 @@ pub(super) struct PolygonLook<'a> {
     pub(super) material: Option<u16>,
 }
 
+/// What `%g` and single precision leave of a number; fewer digits are exact as they stand.
+const ROUNDED_DIGITS: std::ops::RangeInclusive<u8> = 6..=9;
+/// So many coordinates of a facet with the most digits are no chance.
+const FEWEST_ROUNDED: usize = 3;
+
 impl RawMesh {
     /// An empty mesh of a file that counts from `first_number`.
     pub(super) fn counting_from(first_number: u32) -> Self {
@@ -68,15 +79,30 @@ impl RawMesh {
         }
     }
 
-    /// Notes with how many digits a coordinate is written.
-    pub(super) fn note_digits(&mut self, word: &str) {
+    /// Notes with how many digits a coordinate is written, and returns that.
+    pub(super) fn note_digits(&mut self, word: &str) -> u8 {
         let mantissa = word.split(['e', 'E', 'd', 'D']).next().unwrap_or_default();
         let digits = mantissa
             .bytes()
             .filter(u8::is_ascii_digit)
             .skip_while(|&b| b == b'0')
             .count();
-        self.digits = self.digits.max(digits.min(usize::from(u8::MAX)) as u8);
+        let digits = digits.min(usize::from(u8::MAX)) as u8;
+        self.digits = self.digits.max(digits);
+        digits
+    }
+
+    /// Notes with how many digits the coordinates of one facet are written. VTK rounds those of polygons that it cuts to six
+    /// and writes others with all.
+    pub(super) fn note_facet_digits(&mut self, digits: &[u8]) {
+        let most = digits.iter().copied().max().unwrap_or(0);
+        let rounded = digits.iter().filter(|&&d| d == most).count();
+        if ROUNDED_DIGITS.contains(&most) && rounded >= FEWEST_ROUNDED {
+            self.facet_digits = match self.facet_digits {
+                0 => most,
+                before => before.min(most),
+            };
+        }
     }
 
     /// Adds a polygon with at most [`MOST_CORNERS`] corners, all of them existing vertices.
@@ -196,9 +222,8 @@ impl RawMesh {
 
     /// Adds a warning about something left out.
     pub(super) fn ignore(&mut self, what: String) {
-        let warning = MeshWarning::Ignored { what };
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
+        if self.ignored.insert(what.clone()) {
+            self.warnings.push(MeshWarning::Ignored { what });
         }
     }
 }

@@ -50,12 +50,51 @@ pub(super) fn rounding_distance(raw: &RawMesh) -> f64 {
     if raw.is_single || coordinates().all(|x| f64::from(x as f32) == x) {
         distance = distance.max(BINARY_PLACES * unit_below(23));
     }
-    if raw.digits > 0 && raw.digits < MOST_DIGITS {
-        let digits = i32::from(raw.digits.max(FEWEST_DIGITS));
+    // Facets of few digits among others with all of them miss those.
+    let digits = if raw.digits >= MOST_DIGITS && raw.facet_digits > 0 {
+        raw.facet_digits
+    } else {
+        raw.digits
+    };
+    if digits > 0 && digits < MOST_DIGITS {
+        let digits = i32::from(digits.max(FEWEST_DIGITS));
         let last_place = f64::powi(10.0, largest.log10().floor() as i32 + 1 - digits);
         distance = distance.max(DECIMAL_PLACES * last_place);
     }
     distance
+}
+
+/// The least power of ten, larger than `distance`, at which joining leaves fewer than half of a mesh's open edges and loses no
+/// face; `None` when there is none up to a ten-thousandth of its size.
+pub(super) fn wider_distance(mesh: &TriangleMesh, distance: f64) -> Option<f64> {
+    const WIDEST: f64 = 1e-4;
+    let open = open_edges(&mesh.faces).len();
+    let size = extent(
+        mesh.faces
+            .iter()
+            .flatten()
+            .map(|&v| mesh.positions[v as usize]),
+    );
+    if open == 0 || !size.is_finite() {
+        return None;
+    }
+    // Closer than that, numbers of double precision are equal.
+    let first = distance.max(1e-15 * size).log10().floor() as i32 + 1;
+    let last = (WIDEST * size).log10().floor() as i32;
+    let bare = TriangleMesh {
+        positions: mesh.positions.clone(),
+        faces: mesh.faces.clone(),
+        ..TriangleMesh::default()
+    };
+    (first..=last)
+        .map(|power| format!("1e{power}").parse().unwrap_or(0.0))
+        .find(|&wider| {
+            let mut joined = bare.clone();
+            let mut vertex_of = vec![0; joined.positions.len()];
+            let mut face_of = vec![0; joined.faces.len()];
+            let lost = join(&mut joined, &mut vertex_of, &mut face_of, wider).faces;
+            lost == 0 && 2 * open_edges(&joined.faces).len() < open
+        })
 }
 
 /// Joins open edges that lie within `distance` of each other, see above. `vertex_of` and `face_of` name vertices and faces,

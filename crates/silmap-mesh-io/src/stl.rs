@@ -242,6 +242,7 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
         ));
     }
     let mut corners: Vec<DVec3> = Vec::with_capacity(3);
+    let mut digits: Vec<u8> = Vec::with_capacity(9);
     let mut is_in_loop = false;
     let mut at = 0;
     while let Some(&(number, word)) = words.get(at) {
@@ -288,6 +289,7 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
             }
             "outer" | "outerloop" => {
                 corners.clear();
+                digits.clear();
                 is_in_loop = true;
             }
             "vertex" if is_in_loop && corners.len() < MOST_CORNERS => {
@@ -300,7 +302,7 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
                     let fault = LineFault::NotFinite { vertex };
                     return Err(MeshFault::at_line(number, fault));
                 }
-                numbers.iter().for_each(|w| raw.note_digits(w.1));
+                digits.extend(numbers.iter().map(|w| raw.note_digits(w.1)));
                 corners.push(position);
                 at += 3;
             }
@@ -310,6 +312,7 @@ fn read_ascii(bytes: &[u8]) -> Result<RawMesh, MeshFault> {
                     let fault = LineFault::TooFewCorners { corners };
                     return Err(MeshFault::at_line(number, fault));
                 }
+                raw.note_facet_digits(&digits);
                 push_facet(&mut raw, &corners, None)?;
                 is_in_loop = false;
             }

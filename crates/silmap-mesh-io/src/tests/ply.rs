@@ -296,3 +296,34 @@ fn ply_faces_choose_among_several_textures() {
         assert_eq!(raw.mesh.appearance.albedo(face, [0.3, 0.3, 0.4]), wanted);
     }
 }
+
+#[test]
+fn points_alone_are_told_with_the_way_out() {
+    let header = "ply\nformat ascii 1.0\ncomment KIND\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+    let data = "end_header\n0 0 0\n1 0 0\n";
+    let no_face = "element face 0\nproperty list uchar int vertex_indices\n";
+    let fault = |text: &str, extension| {
+        let fault = read(text.as_bytes(), extension).unwrap_err();
+        assert!(matches!(fault, MeshFault::PointsOnly { vertices: 2, .. }));
+        fault.to_string()
+    };
+    for said in [
+        fault(&[header, data].concat(), "ply"),
+        fault(&[header, no_face, data].concat(), "ply"),
+        fault("v 0 0 0\nv 1 0 0\np 1 2\n", "obj"),
+        fault("OFF\n2 0 0\n0 0 0\n1 0 0\n", "off"),
+    ] {
+        assert!(
+            said.starts_with("no faces, only 2 vertices: points have no surface"),
+            "{said}"
+        );
+    }
+    // Its writer keeps a strip's vertices and nothing else of it.
+    let of_vtk = header.replace("KIND", "VTK generated PLY File");
+    let said = fault(&[of_vtk.as_str(), no_face, data].concat(), "ply");
+    assert!(said.contains("vtkTriangleFilter"), "{said}");
+    // Another list may be faces of another name.
+    let polygons = no_face.replace("face", "polygon");
+    let fault = read([header, &polygons, data].concat().as_bytes(), "ply").unwrap_err();
+    assert_eq!(fault.to_string(), "header: no face element");
+}

@@ -194,6 +194,44 @@ fn what_a_few_last_places_are_depends_on_the_numbers() {
     assert_eq!(distance(0, &[]), 0.0);
 }
 
+/// VTK writes the triangles of an STL file with all digits and those that it cuts polygons into with six.
+#[test]
+fn facets_of_six_digits_meet_those_of_seventeen() {
+    let (positions, faces) = cone(32);
+    let mantle = faces.len() - 32;
+    let text = |lift: f64| {
+        let facets: String = faces
+            .iter()
+            .enumerate()
+            .map(|(i, face)| {
+                let corners = face.map(|v| {
+                    let p = 0.4 * positions[v as usize];
+                    if i < mantle {
+                        format!("vertex {} {} {}\n", p.x, p.y, p.z)
+                    } else {
+                        format!("vertex {:.6} {:.6} {:.6}\n", p.x, p.y + lift, p.z)
+                    }
+                });
+                let corners = corners.concat();
+                format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+            })
+            .collect();
+        format!("solid cone\n{facets}endsolid cone\n")
+    };
+    let closed = |lift: f64| {
+        let raw = read(text(lift).as_bytes(), "stl").unwrap();
+        close(raw, &LoadOptions::default())
+    };
+    let (mesh, warnings) = closed(0.0).unwrap();
+    let volume = 0.064 * 16.0 * (TAU / 32.0).sin() / 3.0;
+    assert!((mesh.mesh().volume() / volume - 1.0).abs() < 1e-5);
+    assert!(joined_only(&warnings), "{warnings:?}");
+    let fault = closed(8e-6).unwrap_err().to_string();
+    assert!(fault.ends_with("(--weld 1e-5 may help)"), "{fault}");
+    let fault = closed(1e-2).unwrap_err().to_string();
+    assert!(fault.ends_with("(--close-holes may help)"), "{fault}");
+}
+
 #[test]
 fn the_same_body_in_other_vertices_is_one_body() {
     // Quadrilaterals, which are cut into triangles alike, in vertices of their own.
