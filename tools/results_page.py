@@ -115,7 +115,7 @@ class Tables:
 def page(table):
     """docs/results.md."""
     sections = [outlines, off_the_polytope, fewer_views, hulls, textures, exact_edges, simplified, aligned, build_times,
-                interpolation_times, hull_times, edge_times, frame_times]
+                list_times, interpolation_times, hull_times, edge_times, frame_times]
     parts = [INTRODUCTION.format(table.described())]
     parts += [text for section in sections if (text := section(table))]
     return "\n".join(parts)
@@ -141,7 +141,7 @@ def outlines(table):
     return f"""\
 ## Outlines
 
-Misclassified pixels as shares of the pixels inside the true outline. Builds have the default options.
+Misclassified pixels as shares of the pixels inside the true outline. All builds have the options of the first command below.
 
 {table.outlines(stems)}
 {table.command(f"build/{first}", f"evaluate/{first}")}"""
@@ -284,6 +284,21 @@ def build_times(table):
 ## Builds: time
 
 {rows(["model", "`build`", "peak memory"], body)}"""
+
+
+def list_times(table):
+    if "list/torus" not in table.runs:
+        return ""
+    run, done = "list/torus", table.figure("list/torus", "done")
+    whole, builds = table.time(run, "whole"), table.time(run, "builds")
+    body = [[str(table.figure(run, "models")), str(done), seconds(builds / done), seconds((whole - builds) / done)]]
+    return f"""\
+## A list of models: time
+
+A process for each model, one after the other, and small builds.
+
+{rows(["models", "built", "build of one", "beside it, for each"], body)}
+{table.command(run)}"""
 
 
 def interpolation_times(table):
