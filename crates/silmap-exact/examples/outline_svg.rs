@@ -2,6 +2,8 @@
 //!
 //! `cargo run -p silmap-exact --example outline_svg -- MODEL OUT.svg`: the model as OBJ, PLY, STL, OFF or glTF, seen from three radii.
 
+#![expect(clippy::print_stdout, reason = "an example says what it did")]
+
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;

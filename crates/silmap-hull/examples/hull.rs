@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release -p silmap-hull --example hull -- MODEL FACES OUT`: model and hull as OBJ, PLY, STL, OFF or (hull: binary) glTF.
 
+#![expect(clippy::print_stdout, reason = "an example says what it did")]
+
 use std::error::Error;
 use std::path::Path;
 

@@ -148,7 +148,7 @@ impl ModuleGraph {
                     continue;
                 }
                 let name = inner.ident.to_string();
-                let inner_path = [&path[..], &[name.clone()]].concat();
+                let inner_path = [&path[..], std::slice::from_ref(&name)].concat();
                 let inner_folder = folder.join(&name);
                 match &inner.content {
                     Some((_, items)) => self.add_items(inner_path, items, &inner_folder)?,
