@@ -13,10 +13,10 @@ use serde_json::Value;
 use silmap_exact::ConeForest;
 use silmap_fuzz::{ASSET_FILE, FOREST_MESH};
 use silmap_geometry::ClosedMesh;
-use silmap_map::asset;
-use silmap_hull::{self as hull, HullParams};
-use silmap_mesh_io::{LoadOptions, encode, load_bytes};
 use silmap_geometry::Watch;
+use silmap_hull::{self as hull, HullParams};
+use silmap_map::asset;
+use silmap_mesh_io::{LoadOptions, encode, load_bytes};
 use silmap_models as models;
 
 /// Fewer faces make smaller files, which a fuzzer gets through faster.
