@@ -162,7 +162,7 @@ def check_slurm(silmap, folder, work):
         }  # fmt: skip
         command = ["bash", TOOLS / "farm-recipes" / "slurm.sh", folder / "six.jsonl", work / "slurm", *OPTIONS]
         codes.append(subprocess.run(command, env={**os.environ, **variables}, stderr=subprocess.DEVNULL).returncode)
-    rows = farm_page.collect(list(range(1, 8)), work / "slurm" / "lines")
+    rows = list(farm_page.Found(list(range(1, 8)), work / "slurm" / "lines"))
     statuses = [row["status"] for row in rows]
     wrong = []
     if statuses != ["done"] * 6 + ["resources"] or sorted(codes) != [0, 0, 4]:
@@ -201,7 +201,7 @@ def check_kubernetes(silmap, folder, work):
         done = subprocess.run([shell, flag, script], env=variables, stderr=subprocess.PIPE, text=True)
         if done.returncode:
             wrong.append(f"the Kubernetes recipe's command ends in {done.returncode}: {done.stderr}")
-    statuses = [row["status"] for row in farm_page.collect(list(range(1, 6)), place / "lines")]
+    statuses = [row["status"] for row in farm_page.Found(list(range(1, 6)), place / "lines")]
     if statuses != ["done"] * 5:
         wrong.append(f"the Kubernetes recipe's command ends in {statuses}")
     return wrong

@@ -1,6 +1,9 @@
 """What became of a list of models, from the lines that `silmap build --manifest` printed: one table and one page."""
+import array
 import csv
+import heapq
 import html
+import itertools
 import json
 from pathlib import Path
 
@@ -16,6 +19,8 @@ STATUSES = {
 # As `silmap build --manifest` ends: another try is worth most, a fault is told before bad input.
 EXIT_CODES = {"resources": 4, "lost": 4, "failed": 70, "bad-input": 1}
 COLOURS = {"done": "#2a7d3f", "kept": "#5d9c6c", "bad-input": "#b3541e", "resources": "#8a6d00", "failed": "#b3261e", "lost": "#6b2fb3"}
+# One string for each, however many lines name it.
+STATUS_NAMES = {status: status for status in STATUSES}
 SLOWEST = 20
 MOST_FAILURES = 500
 # Words of a cell that are not broken.
@@ -31,25 +36,74 @@ def model_lines(path):
         return [number for number, line in enumerate(file, 1) if line.strip()]
 
 
-def collect(numbers, folder):
-    """One row for each model, in the list's order: an asset if any try made one, else how the last try ended."""
-    rows = {}
-    for path in sorted(folder.glob("*.jsonl"), key=order):
-        with open(path, "rb") as file:
+class Found:
+    """How each model of a list ended, as far as the lines of a folder say: an asset if any try made one, else how the last try ended.
+
+    Holds a status and a place in a file for each model, not the lines: a list may be long.
+    """
+
+    def __init__(self, numbers, folder):
+        self.numbers, self.paths = numbers, sorted(folder.glob("*.jsonl"), key=order)
+        place_of = {number: place for place, number in enumerate(numbers)}
+        self.statuses = ["lost"] * len(numbers)
+        self.files = array.array("i", [-1]) * len(numbers)
+        self.offsets = array.array("q", [0]) * len(numbers)
+        for index, path in enumerate(self.paths):
+            with open(path, "rb") as file:
+                offset = 0
+                for line in file:
+                    place, status = place_and_status(line, place_of)
+                    if place is not None and self.is_better(status, self.statuses[place]):
+                        self.statuses[place], self.files[place], self.offsets[place] = STATUS_NAMES.get(status, status), index, offset
+                    offset += len(line)
+
+    @staticmethod
+    def is_better(status, before):
+        # Kept by a later try of the same run: built all the same.
+        if status == "kept" and before == "done":
+            return False
+        return status in ("done", "kept") or before not in ("done", "kept")
+
+    def __iter__(self):
+        """The lines themselves, in the list's order."""
+        for place, number in enumerate(self.numbers):
+            if self.files[place] < 0:
+                yield lost(number)
+                continue
+            with open(self.paths[self.files[place]], "rb") as file:
+                file.seek(self.offsets[place])
+                yield json.loads(file.readline())
+
+    def worth_a_try(self):
+        """Places in the list, counted from 0."""
+        return [place for place, status in enumerate(self.statuses) if status in ("resources", "lost")]
+
+
+def place_and_status(line, place_of):
+    try:
+        row = json.loads(line)
+        return place_of.get(row["line"]), row["status"]
+    except (ValueError, KeyError, TypeError):
+        # The end of a part that was killed while it printed.
+        return None, None
+
+
+class Table:
+    """The lines of a table, read from its file each time they are gone through."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __iter__(self):
+        with open(self.path, encoding="utf-8") as file:
             for line in file:
-                try:
-                    row = json.loads(line)
-                    number = row["line"]
-                except (ValueError, KeyError, TypeError):
-                    # The end of a part that was killed while it printed.
-                    continue
-                if row["status"] in ("done", "kept") or not is_there(rows.get(number)):
-                    before = rows.get(number)
-                    # Kept by a later try of the same run: built all the same.
-                    if row["status"] == "kept" and before and before["status"] == "done":
-                        continue
-                    rows[number] = row
-    return [rows.get(number) or lost(number) for number in numbers]
+                yield json.loads(line)
+
+    def built(self):
+        return (row for row in self if is_there(row))
+
+    def failures(self):
+        return (row for row in self if not is_there(row))
 
 
 def order(path):
@@ -59,7 +113,7 @@ def order(path):
 
 
 def is_there(row):
-    return row is not None and row["status"] in ("done", "kept")
+    return row["status"] in ("done", "kept")
 
 
 def lost(number):
@@ -67,10 +121,6 @@ def lost(number):
         "line": number, "model": None, "out": None, "status": "lost", "message": STATUSES["lost"], "seconds": {},
         "peak_bytes": None, "hash": None, "exit_code": None, "bytes": None, "warnings": [],
     }  # fmt: skip
-
-
-def is_worth_a_try(row):
-    return row["status"] in ("resources", "lost")
 
 
 def count(rows):
@@ -88,11 +138,12 @@ def total(row):
     return (row["seconds"] or {}).get("total", 0.0)
 
 
-def write(rows, name, out):
-    """The table, as lines of JSON and as CSV, and the page."""
+def write(found, name, out):
+    """The table, as lines of JSON and as CSV, and the page; how many models ended in which way."""
     with replaced(out / "table.jsonl") as file:
-        for row in rows:
+        for row in found:
             file.write(json.dumps(row) + "\n")
+    rows = Table(out / "table.jsonl")
     with replaced(out / "table.csv") as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
@@ -103,6 +154,7 @@ def write(rows, name, out):
         facts = json.loads((out / "run.json").read_text())
     with replaced(out / "report.html") as file:
         file.write(page(rows, Path(name).name, facts))
+    return count(rows)
 
 
 class replaced:
@@ -123,21 +175,20 @@ class replaced:
 
 def page(rows, name, facts):
     counts = count(rows)
-    built = [row for row in rows if is_there(row)]
-    failures = [row for row in rows if not is_there(row)]
+    models, built = sum(counts.values()), counts["done"] + counts["kept"]
     parts = [
         f"<h1>{html.escape(name)}</h1>",
-        f"<p>{len(rows):,} models, {len(built):,} of them built. {html.escape(pace(rows, facts))}</p>",
+        f"<p>{models:,} models, {built:,} of them built. {html.escape(pace(rows, facts))}</p>",
         tiles(counts),
-        stages(built),
-        failure_table(failures),
-        slowest(built),
+        stages(rows, built),
+        failure_table(rows, models - built),
+        slowest(rows),
         memory(rows),
-        warnings(built),
+        warnings(rows),
     ]
     return f"""<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>{html.escape(name)}: {len(built)} of {len(rows)} built</title>
+<title>{html.escape(name)}: {built} of {models} built</title>
 <style>
 body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 62rem; padding: 0 1rem; color: #1c1c1c; background: #fff }}
 h1 {{ font-size: 1.5rem }} h2 {{ font-size: 1.1rem; margin-top: 2rem }}
@@ -174,9 +225,9 @@ def tiles(counts):
     return f'<div class="tiles">{"".join(shown)}</div>'
 
 
-def stages(built):
+def stages(rows, built):
     sums = {}
-    for row in built:
+    for row in rows.built():
         for stage, seconds in (row["seconds"] or {}).items():
             if stage != "total":
                 sums[stage] = sums.get(stage, 0.0) + seconds
@@ -187,26 +238,25 @@ def stages(built):
         return ""
     whole = sum(sums.values())
     lines = [
-        [stage, f"{seconds:,.1f} s", f"{100 * seconds / whole:.1f} %", f"{1000 * seconds / len(built):,.1f} ms"]
+        [stage, f"{seconds:,.1f} s", f"{100 * seconds / whole:.1f} %", f"{1000 * seconds / built:,.1f} ms"]
         for stage, seconds in sums.items()
     ]
     bars = [f'<span class="bar" style="width: {14 * seconds / most:.2f}rem"></span>' for seconds in sums.values()]
     return "<h2>Seconds by stage</h2>" + table(["stage", "together", "share", "a model", ""], lines, {1, 2, 3}, bars)
 
 
-def failure_table(failures):
+def failure_table(rows, failures):
     if not failures:
         return ""
-    lines = [
-        [row["line"], row["status"], row["model"] or "", row["message"] or ""] for row in failures[:MOST_FAILURES]
-    ]
-    more = len(failures) - len(lines)
+    shown = itertools.islice(rows.failures(), MOST_FAILURES)
+    lines = [[row["line"], row["status"], row["model"] or "", row["message"] or ""] for row in shown]
+    more = failures - len(lines)
     note = f"<p>{more:,} more are in table.csv.</p>" if more > 0 else ""
     return "<h2>Not built</h2>" + table(["line", "status", "model", "why"], lines, {0}) + note
 
 
-def slowest(built):
-    first = sorted(built, key=lambda row: (-total(row), row["line"]))[:SLOWEST]
+def slowest(rows):
+    first = heapq.nsmallest(SLOWEST, rows.built(), key=lambda row: (-total(row), row["line"]))
     if not first:
         return ""
     lines = [
@@ -222,22 +272,25 @@ def longest_stage(row):
 
 
 def memory(rows):
-    first = sorted((row for row in rows if row["peak_bytes"]), key=lambda row: (-row["peak_bytes"], row["line"]))[:5]
+    measured = (row for row in rows if row["peak_bytes"])
+    first = heapq.nsmallest(5, measured, key=lambda row: (-row["peak_bytes"], row["line"]))
     if not first:
         return ""
     lines = [[row["line"], row["model"], mebibytes(row["peak_bytes"]), row["status"]] for row in first]
     return "<h2>Most memory</h2>" + table(["line", "model", "memory", "status"], lines, {0, 2})
 
 
-def warnings(built):
+def warnings(rows):
+    # Of each sentence: how many models have it, and the first of them.
     kinds = {}
-    for row in built:
+    for row in rows.built():
         for sentence in row.get("warnings") or []:
-            kinds.setdefault(sentence, []).append(row)
+            models, first = kinds.get(sentence, (0, row["model"]))
+            kinds[sentence] = (models + 1, first)
     if not kinds:
         return ""
-    first = sorted(kinds.items(), key=lambda kind: (-len(kind[1]), kind[0]))[:50]
-    lines = [[len(those), sentence, those[0]["model"]] for sentence, those in first]
+    most = heapq.nsmallest(50, kinds.items(), key=lambda kind: (-kind[1][0], kind[0]))
+    lines = [[models, sentence, first] for sentence, (models, first) in most]
     return "<h2>Warnings</h2>" + table(["models", "warning", "first"], lines, {0})
 
 

@@ -2,17 +2,22 @@
 //!
 //! `seeds FOLDER` fills `FOLDER/TARGET/` for every target. The same files come out every time.
 
+mod compressed;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::Value;
 use silmap_exact::ConeForest;
-use silmap_fuzz::FOREST_MESH;
+use silmap_fuzz::{ASSET_FILE, FOREST_MESH};
 use silmap_geometry::ClosedMesh;
+use silmap_geometry::Watch;
+use silmap_hull::{self as hull, HullParams};
 use silmap_map::asset;
-use silmap_preprocess::hull::{self, HullParams};
-use silmap_preprocess::mesh_io::encode;
-use silmap_preprocess::pipeline::{BuildParams, build};
-use silmap_preprocess::{Monitor, models};
+use silmap_mesh_io::{LoadOptions, encode, load_bytes};
+use silmap_models as models;
 
 /// Fewer faces make smaller files, which a fuzzer gets through faster.
 const FACES: usize = 60;
@@ -34,6 +39,14 @@ fn main() -> anyhow::Result<()> {
         &encode(Path::new("torus.glb"), &small)?,
     )?;
     put(&folder, "gltf", "gltf.gltf", GLTF.as_bytes())?;
+    for (name, text) in [
+        ("meshopt.gltf", compressed::by_meshopt()?),
+        ("draco.gltf", compressed::by_draco()?),
+    ] {
+        // A seed that is refused leads nowhere.
+        load_bytes(Path::new(name), text.as_bytes(), &LoadOptions::default())?;
+        put(&folder, "gltf", name, text.as_bytes())?;
+    }
     for (target, name, text) in TEXTS {
         put(&folder, target, name, text.as_bytes())?;
     }
@@ -52,22 +65,34 @@ fn main() -> anyhow::Result<()> {
             inner,
             ..HullParams::default()
         };
-        let sequence = hull::build(&closed, &params, &Monitor::silent())?;
+        let sequence = hull::build(&closed, &params, &Watch::silent())?;
         put(&folder, "hull_sequence", name, &sequence.to_bytes())?;
     }
-    let mut params = BuildParams {
-        views: 32,
-        resolution_px: 32,
-        ..BuildParams::default()
-    };
-    params.map.keep = 12;
-    params.hull.target_faces = 40;
-    params.textures.views = 2;
-    params.textures.size_px = 16;
-    params.textures.atlas_px = 16;
-    let (made, _) = build(&closed, "torus", &params, &Monitor::silent())?;
-    put(&folder, "asset", "torus.glb", &asset::write(&made)?)?;
+    put(&folder, "asset", "torus.glb", &ASSET_FILE)?;
+    // As text with its data in it: bytes may come and go there without a length that contradicts them.
+    let (text, plain) = as_texts(&ASSET_FILE)?;
+    put(&folder, "asset", "torus.gltf", text.as_bytes())?;
+    put(&folder, "attach", "plain.gltf", plain.as_bytes())?;
+    put(&folder, "attach", "whole.glb", &ASSET_FILE)?;
     Ok(())
+}
+
+/// An asset's file as a document that holds its data, and that without the extension.
+fn as_texts(file: &[u8]) -> anyhow::Result<(String, String)> {
+    const CHUNK_HEADER: usize = 8;
+    let header = file.first_chunk().context("a file has a header")?;
+    let json_length = asset::json_length(header).context("a file begins with JSON")? as usize;
+    let (json, rest) = file[asset::HEADER_BYTES..].split_at(json_length);
+    let mut document: Value = serde_json::from_slice(json)?;
+    let data = STANDARD.encode(&rest[CHUNK_HEADER..]);
+    document["buffers"][0]["uri"] = format!("data:application/octet-stream;base64,{data}").into();
+    let whole = document.to_string();
+    let all = document
+        .as_object_mut()
+        .context("a document is an object")?;
+    all.remove("extensions");
+    all.remove("extensionsUsed");
+    Ok((whole, document.to_string()))
 }
 
 fn put(folder: &Path, target: &str, name: &str, bytes: &[u8]) -> anyhow::Result<()> {

@@ -1,9 +1,9 @@
 //! Maps of generated models without simplification, for suites that look at interpolation alone.
 
+use silmap_geometry::Watch;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
-use silmap_preprocess::Monitor;
 use silmap_preprocess::capture::{CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
@@ -28,7 +28,7 @@ pub fn dense(
         ..CaptureParams::default()
     };
     let closed = ClosedMesh::try_from(mesh.clone()).unwrap();
-    let masks = capture(&closed, &cameras, &params, &Monitor::silent()).unwrap();
+    let masks = capture(&closed, &cameras, &params, &Watch::silent()).unwrap();
     let tree = Bvh::new(mesh);
     let contour_params = SimplifyContourParams {
         tolerance_px,

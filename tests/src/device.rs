@@ -2,6 +2,8 @@
 
 use silmap_gpu::Gpu;
 
+use crate::outside;
+
 /// A fresh device, or nothing when the environment says `SILMAP_GPU=skip`, which is the only way to do without one.
 ///
 /// # Panics
@@ -9,7 +11,7 @@ use silmap_gpu::Gpu;
 #[must_use]
 pub fn open_or_skip() -> Option<Gpu> {
     if std::env::var_os("SILMAP_GPU").is_some_and(|v| v == "skip") {
-        eprintln!("skipped: SILMAP_GPU=skip");
+        outside::skip("tests on a graphics adapter: SILMAP_GPU=skip");
         return None;
     }
     match Gpu::new() {

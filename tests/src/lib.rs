@@ -3,5 +3,11 @@
 
 pub mod dense_maps;
 pub mod device;
+pub mod outside;
 pub mod scene;
 pub mod tolerance;
+
+/// README, whose program is compiled as it stands there.
+#[doc = include_str!("../../README.md")]
+#[cfg(doctest)]
+pub mod readme {}

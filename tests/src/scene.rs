@@ -3,17 +3,18 @@
 
 use glam::DVec3;
 
+use silmap_geometry::Watch;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, ColourImage, CoverageRule, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, EncodedImage, Placement, SilhouetteMap,
     TextureSet, TextureView, ViewContour,
 };
+use silmap_models as models;
 use silmap_preprocess::capture::{self, CaptureParams};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_preprocess::{Monitor, models};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
 };
@@ -210,7 +211,7 @@ fn map(mesh: &TriangleMesh, bounds: &Bounds) -> SilhouetteMap {
         &closed,
         &cameras,
         &CaptureParams::default(),
-        &Monitor::silent(),
+        &Watch::silent(),
     )
     .expect("the model is in view");
     let tolerance_px = 0.5;

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use silmap_geometry::{Camera, CoverageRule};
-use silmap_map::{Method, Scratch};
-use silmap_preprocess::models;
+use silmap_map::{MapReader, Method};
+use silmap_models as models;
 use silmap_preprocess::simplify_contour::add_levels;
 use silmap_tests::dense_maps::dense;
 
@@ -32,7 +32,7 @@ fn a_warm_walk_allocates_nothing() {
         })
         .collect();
     for method in Method::ALL {
-        let mut scratch = Scratch::new(&map).unwrap();
+        let mut scratch = MapReader::new(&map).unwrap();
         let mut walk = || {
             for camera in &cameras {
                 scratch.interpolate(&map, camera, method.into()).unwrap();

@@ -4,25 +4,11 @@
 //! these tests say so and check nothing. The tables below follow the README files there.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
-use silmap_preprocess::mesh_io::{
-    AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles,
-};
-
-/// A folder of files that are not part of the repository.
-fn shared(folder: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared")
-        .join(folder);
-    if path.is_dir() {
-        Some(path)
-    } else {
-        eprintln!("skipped: there is no {}", path.display());
-        None
-    }
-}
+use silmap_mesh_io::{AlphaUse, LoadOptions, Loaded, MeshIoError, load, read_triangles};
+use silmap_tests::outside::shared;
 
 const PLAIN: LoadOptions = LoadOptions {
     close_holes: false,

@@ -1,17 +1,18 @@
 //! Capture on whole models: the two coverage rules, simplified outlines against the true ones, depths, threads.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_geometry::{StageEvent, Watch};
+use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, CaptureParams, capture, view_sphere};
-use silmap_preprocess::mesh_io::{self, LoadOptions};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_preprocess::{Monitor, PrepEvent, models};
+use silmap_tests::outside;
 
 fn cameras(mesh: &TriangleMesh, count: u32, side: u32) -> Vec<Camera> {
     let bounds = mesh.bounds();
@@ -74,16 +75,20 @@ fn accuracy(mesh: &TriangleMesh, rule: CoverageRule, params: &SimplifyContourPar
 
 #[test]
 fn simplified_outlines_are_nearer_to_the_truth_than_traced_ones() {
-    for mesh in [models::torus(16_384), models::trefoil_knot(16_384)] {
+    // The share of a traced outline's error that remains, and the vertices: a tenth more than measured.
+    for (mesh, most, vertices) in [
+        (models::torus(16_384), 0.45, 104.0),
+        (models::trefoil_knot(16_384), 0.49, 152.0),
+    ] {
         let params = SimplifyContourParams::default();
         let fitted = accuracy(&mesh, CoverageRule::Center, &params);
         assert!(
-            fitted.simplified < 0.6 * fitted.traced,
+            fitted.simplified < most * fitted.traced,
             "{} of {}",
             fitted.simplified,
             fitted.traced
         );
-        assert!(fitted.vertices < 200.0, "{} vertices", fitted.vertices);
+        assert!(fitted.vertices < vertices, "{} vertices", fitted.vertices);
         // A tolerance of pixels is seen in the numbers.
         let coarse = SimplifyContourParams {
             tolerance_px: 3.0,
@@ -136,8 +141,8 @@ fn masks_do_not_depend_on_the_number_of_threads() {
     let mesh = ClosedMesh::try_from(models::torus(2000)).unwrap();
     let views = cameras(mesh.mesh(), 40, 100);
     let advanced = AtomicU64::new(0);
-    let on_event = |event: PrepEvent| {
-        if let PrepEvent::Advanced { count, .. } = event {
+    let on_event = |event: StageEvent| {
+        if let StageEvent::Advanced { count, .. } = event {
             advanced.fetch_add(count, Ordering::Relaxed);
         }
     };
@@ -145,8 +150,8 @@ fn masks_do_not_depend_on_the_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap().install(|| {
-            let monitor = Monitor::new(&on_event, &stop);
-            capture(&mesh, &views, &CaptureParams::default(), &monitor)
+            let watch = Watch::new(&on_event, &stop);
+            capture(&mesh, &views, &CaptureParams::default(), &watch)
         })
     };
     let one = run(1).unwrap();
@@ -162,18 +167,15 @@ fn masks_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn the_bunny_takes_few_vertices() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models/stanford-bunny-closed.off");
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
+    let Some(path) = outside::shared("models/stanford-bunny-closed.off") else {
         return;
-    }
+    };
     let loaded = mesh_io::load(&path, &LoadOptions::default()).unwrap();
     let fitted = accuracy(
         loaded.mesh.mesh(),
         CoverageRule::Center,
         &SimplifyContourParams::default(),
     );
-    assert!(fitted.simplified < 0.6 * fitted.traced);
-    assert!(fitted.vertices < 140.0, "{} vertices", fitted.vertices);
+    assert!(fitted.simplified < 0.56 * fitted.traced);
+    assert!(fitted.vertices < 110.0, "{} vertices", fitted.vertices);
 }

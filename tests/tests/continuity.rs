@@ -6,9 +6,9 @@
 use glam::DVec3;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
-use silmap_map::{Method, Scratch, SilhouetteMap};
+use silmap_map::{MapReader, Method, SilhouetteMap};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
-use silmap_preprocess::models;
 use silmap_tests::dense_maps::dense;
 
 const SIDE: u32 = 512;
@@ -16,12 +16,12 @@ const SIDE: u32 = 512;
 /// Reads outlines from one map into a mask, all as one camera would see them.
 struct Reader<'a> {
     map: &'a SilhouetteMap,
-    scratch: Scratch,
+    scratch: MapReader,
 }
 
 impl<'a> Reader<'a> {
     fn new(map: &'a SilhouetteMap) -> Self {
-        let scratch = Scratch::new(map).unwrap();
+        let scratch = MapReader::new(map).unwrap();
         Self { map, scratch }
     }
 

@@ -3,14 +3,15 @@
 #![allow(clippy::print_stdout, reason = "the errors are worth reading")]
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
-    DETAIL_BOUND_PX, Detail, Interpolation, Method, Scratch, SilhouetteMap, ViewContour, outline,
+    DETAIL_BOUND_PX, Detail, Interpolation, MapReader, Method, SilhouetteMap, ViewContour, outline,
 };
 use silmap_measure::evaluate::{EvaluateParams, evaluate, summarise};
+use silmap_models as models;
 use silmap_preprocess::simplify_contour::add_levels;
-use silmap_preprocess::{Monitor, models};
 use silmap_tests::dense_maps::dense;
 
 fn map_with_levels(mesh: &TriangleMesh, coverage: CoverageRule) -> SilhouetteMap {
@@ -33,7 +34,7 @@ fn errors(
         detail,
         ..EvaluateParams::default()
     };
-    let errors = evaluate(map, mesh, &params, &Monitor::silent()).unwrap();
+    let errors = evaluate(map, mesh, &params, &Watch::silent()).unwrap();
     let summary = summarise(&errors)[0];
     (summary.misclassified_mean, summary.escaped_mean)
 }
@@ -79,7 +80,7 @@ fn small_pictures_are_as_good_with_fewer_vertices() {
                 "{size_px} px"
             );
             let method = Method::Tight;
-            let mut scratch = Scratch::new(&map).unwrap();
+            let mut scratch = MapReader::new(&map).unwrap();
             let mut mask = Mask::new(size_px, size_px);
             let drawn = outline(&map, &seen, method, &mut scratch).unwrap();
             fill_non_zero(drawn.simple_loops(), &mut mask);
@@ -147,7 +148,7 @@ fn hulls_stay_conservative_at_every_size() {
 fn nobody_sees_levels_change() {
     let mesh = models::trefoil_knot(8192);
     let map = map_with_levels(&mesh, CoverageRule::Center);
-    let mut scratch = Scratch::new(&map).unwrap();
+    let mut scratch = MapReader::new(&map).unwrap();
     // Pictures of growing size stand for a model that comes nearer: the eye stays.
     let direction = DVec3::new(0.3, 0.5, -0.8);
     let (mut changes, mut last_level) = (0, None);

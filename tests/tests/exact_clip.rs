@@ -7,7 +7,7 @@ use silmap_exact::{chain_loops, decompose_loops, image_loops, silhouette_edges};
 use silmap_geometry::{Camera, ColourImage, Loop, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_runtime::{
-    Antialias, Background, ClipShape, FanApex, FillRule, FrameParams, Mode, RenderError, Renderer,
+    Antialias, Background, ClipShape, FanApex, FrameParams, Mode, RenderError, Renderer,
     RendererOptions,
 };
 use silmap_tests::{device, scene};
@@ -68,11 +68,10 @@ fn alpha_of(picture: &ColourImage) -> Vec<u8> {
     picture.rgba.chunks(4).map(|pixel| pixel[3]).collect()
 }
 
-fn shape<'a>(layers: &'a [Vec<Loop>], apex: FanApex) -> ClipShape<'a> {
+fn shape<'a>(loops: &'a [Loop], apex: FanApex) -> ClipShape<'a> {
     ClipShape {
-        rule: FillRule::NonZero,
         apex,
-        layers,
+        loops,
         ..ClipShape::EMPTY
     }
 }
@@ -96,30 +95,24 @@ fn the_exactly_clipped_hull_covers_what_the_mesh_covers() {
             (Mode::Original, Antialias::None),
             &ClipShape::EMPTY,
         );
-        let whole = [stage.loops(&camera)];
-        let (pieces, _) = decompose_loops(&whole[0]);
-        let pieces = [pieces];
+        let whole = stage.loops(&camera);
+        let (pieces, _) = decompose_loops(&whole);
         let mut pictures = Vec::new();
-        for (layers, apex) in [
+        for (loops, apex) in [
             (&whole, FanApex::MedianVertex),
             (&whole, FanApex::Centroid),
             (&pieces, FanApex::Centroid),
         ] {
-            pictures.push(stage.draw(
-                &camera,
-                (Mode::Exact, Antialias::None),
-                &shape(layers, apex),
-            ));
+            pictures.push(stage.draw(&camera, (Mode::Exact, Antialias::None), &shape(loops, apex)));
         }
         for picture in &pictures {
             let (pixels, different) = misclassified(picture, &truth);
             inside += pixels;
             wrong += different;
         }
-        let moved = [pieces[0]
-            .iter()
+        let moved: Vec<Loop> = (pieces.iter())
             .map(|l| l.iter().map(|p| p + 0.5).collect())
-            .collect()];
+            .collect();
         let drawn = stage.draw(
             &camera,
             (Mode::Exact, Antialias::None),
@@ -154,8 +147,8 @@ fn a_lost_loop_is_noticed() {
     let loops = stage.loops(&camera);
     let mut most = 0;
     for lost in 0..loops.len() {
-        let mut left = [loops.clone()];
-        left[0].remove(lost);
+        let mut left = loops.clone();
+        left.remove(lost);
         let how = (Mode::Exact, Antialias::None);
         let drawn = stage.draw(&camera, how, &shape(&left, FanApex::Centroid));
         let (inside, wrong) = misclassified(&drawn, &truth);
@@ -175,7 +168,7 @@ fn smooth_edges_cover_as_much_as_those_of_the_mesh() {
             (Mode::Original, Antialias::Msaa),
             &ClipShape::EMPTY,
         );
-        let loops = [stage.loops(&camera)];
+        let loops = stage.loops(&camera);
         let edges = silhouette_edges(&stage.mesh, camera.eye);
         let outline = silmap_exact::Outliner::new(&stage.mesh.positions)
             .outline(&edges, &camera)
@@ -239,11 +232,11 @@ fn a_hundred_windings_are_inside() {
         .to_vec();
     let hull = stage.draw(&camera, (Mode::Coarse, Antialias::None), &ClipShape::EMPTY);
     for (count, is_inside) in [(1, true), (64, true), (127, true), (128, false)] {
-        let layers = [vec![square.clone(); count]];
+        let loops = vec![square.clone(); count];
         let drawn = stage.draw(
             &camera,
             (Mode::Exact, Antialias::None),
-            &shape(&layers, FanApex::Centroid),
+            &shape(&loops, FanApex::Centroid),
         );
         let (inside, wrong) = misclassified(&drawn, &hull);
         assert_eq!(

@@ -3,12 +3,13 @@
 //! The models lie outside the repository, in `../shared/models`; where that folder is missing, nothing is tested and a line
 //! says so.
 
-use std::path::Path;
-
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint, chain_loops, silhouette_edges};
+use silmap_exact::{
+    EdgeMesh, ExtractionMethod, Extractor, Viewpoint, chain_loops, silhouette_edges,
+};
 use silmap_geometry::ClosedMesh;
-use silmap_preprocess::mesh_io::{LoadOptions, load};
+use silmap_mesh_io::{LoadOptions, load};
+use silmap_tests::outside;
 
 /// Models, and whether they are mended first. The quadratic method keeps this to models of moderate size.
 const MODELS: &[(&str, bool)] = &[
@@ -44,11 +45,9 @@ fn viewpoints(model: &ClosedMesh) -> Vec<Viewpoint> {
 
 #[test]
 fn methods_agree_on_real_models() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
-    if !folder.is_dir() {
-        println!("skipped, because {} is missing", folder.display());
+    let Some(folder) = outside::shared("models") else {
         return;
-    }
+    };
     for &(name, is_mended) in MODELS {
         let options = LoadOptions {
             close_holes: is_mended,
@@ -57,14 +56,14 @@ fn methods_agree_on_real_models() {
         };
         let model = load(&folder.join(name), &options).expect(name).mesh;
         let mesh = EdgeMesh::from(&model);
-        let mut extractors: Vec<Extractor<'_>> = Method::ALL
+        let mut extractors: Vec<Extractor<'_>> = ExtractionMethod::ALL
             .iter()
             .map(|&method| Extractor::new(&mesh, method))
             .collect();
         let mut found = Vec::new();
         for viewpoint in viewpoints(&model) {
             let mut wanted = None;
-            for (extractor, method) in extractors.iter_mut().zip(Method::ALL) {
+            for (extractor, method) in extractors.iter_mut().zip(ExtractionMethod::ALL) {
                 extractor.extract(&viewpoint, &mut found);
                 found.sort_unstable();
                 let wanted = wanted.get_or_insert_with(|| found.clone());

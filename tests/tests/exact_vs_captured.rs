@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 use silmap_exact::outline_loops;
 use silmap_geometry::polygon::{self, Loop, fill_non_zero};
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
+use silmap_models::{self as models, ModelKind};
 use silmap_preprocess::capture::cpu::rasterise;
-use silmap_preprocess::models::{self, ModelKind};
 use silmap_tests::tolerance::RASTERISED_EDGE_PX;
 
 const SIZE_PX: u32 = 192;

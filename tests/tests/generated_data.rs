@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use silmap_geometry::TriangleMesh;
 use silmap_geometry::lighting::srgb_from_linear;
-use silmap_preprocess::models::{self, ModelKind};
+use silmap_models::{self as models, ModelKind};
 
 /// Faces of each model in `data/`; `data/README.md` says the same.
 const FACES: [(ModelKind, usize); 4] = [

@@ -7,15 +7,18 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use image::RgbaImage;
 use silmap_geometry::{Bounds, Camera, ColourImage, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_gpu::{Gpu, Readback, wgpu};
+use silmap_map::{Asset, Method};
 use silmap_preprocess::capture::cpu;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 use silmap_runtime::{
-    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, Renderer, RendererOptions,
+    Antialias, Background, ClipShape, FrameParams, Mode, Renderer, RendererOptions,
 };
+use silmap_tests::dense_maps::dense;
 use silmap_tests::{device, scene, tolerance};
 
 /// Side of the pictures.
@@ -74,6 +77,12 @@ const CASES: &[(&str, Mode, Antialias, Background)] = &[
         Background::Colour([255; 3]),
     ),
 ];
+
+/// The picture whose outline is interpolated: between views, by the default method.
+const INTERPOLATED: &str = "interpolated";
+
+/// A displacement that no golden picture may let pass, pixels.
+const SHIFT_PX: f64 = 0.25;
 
 fn golden_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
@@ -160,51 +169,173 @@ fn difference(a: &RgbaImage, b: &RgbaImage) -> RgbaImage {
     )
 }
 
-#[test]
-fn pictures_are_the_golden_ones() {
-    let Some(gpu) = device::open_or_skip() else {
-        return;
-    };
-    let asset = scene::asset(&gpu);
-    let mesh = scene::model();
-    let mut renderer = Renderer::new(&gpu, RendererOptions::default());
-    renderer.load_asset(&gpu, &asset).unwrap();
-    renderer.load_model(&gpu, &mesh).unwrap();
-    // The hull is larger than the model and shall be seen whole.
-    let bounds = mesh.bounds();
-    let roomy = Bounds {
-        radius: bounds.radius * 1.15,
-        ..bounds
-    };
-    let camera = scene::camera(&roomy, DVec3::new(0.6, 0.9, 1.0), 3.0, SIDE_PX);
-    let outline = true_outline(&mesh, &camera);
-    // For `difference`: an outline that is wrong to one side, so that both colours show.
-    let moved: Vec<Loop> = outline
-        .iter()
-        .map(|l| l.iter().map(|p| p + 1.5).collect())
-        .collect();
-    let mut failures = Vec::new();
-    for &(name, mode, antialias, background) in CASES {
-        let loops = if mode == Mode::Difference {
-            &moved
-        } else {
-            &outline
+/// What draws the pictures, and what it draws.
+struct Stage {
+    gpu: Gpu,
+    asset: Asset,
+    renderer: Renderer,
+    camera: Camera,
+    /// The model's own.
+    outline: Vec<Loop>,
+}
+
+impl Stage {
+    fn open(options: RendererOptions) -> Option<Self> {
+        let gpu = device::open_or_skip()?;
+        let mut asset = scene::asset(&gpu);
+        let mesh = scene::model();
+        // With depths, as the default method wants.
+        (asset.map, _) = dense(&mesh, 96, 256, 0.5, CoverageRule::Center);
+        let mut renderer = Renderer::new(&gpu, options);
+        renderer.load_asset(&gpu, &asset).unwrap();
+        renderer.load_model(&gpu, &mesh).unwrap();
+        // The hull is larger than the model and shall be seen whole.
+        let bounds = mesh.bounds();
+        let roomy = Bounds {
+            radius: bounds.radius * 1.15,
+            ..bounds
         };
-        let layers = [loops.clone()];
+        let camera = scene::camera(&roomy, DVec3::new(0.6, 0.9, 1.0), 3.0, SIDE_PX);
+        let outline = true_outline(&mesh, &camera);
+        Some(Self {
+            gpu,
+            asset,
+            renderer,
+            camera,
+            outline,
+        })
+    }
+
+    /// A case drawn with the model's own outline, moved to the right by so many pixels.
+    fn draw(
+        &mut self,
+        &(_, mode, antialias, background): &(&str, Mode, Antialias, Background),
+        shift_px: f64,
+    ) -> ColourImage {
+        // For `difference`: an outline that is wrong to one side, so that both colours show.
+        let wrong = if mode == Mode::Difference { 1.5 } else { 0.0 };
+        let offset = DVec2::new(wrong + shift_px, wrong);
+        let moved = |l: &Loop| l.iter().map(|p| p + offset).collect();
+        let loops: Vec<Loop> = self.outline.iter().map(moved).collect();
         let shape = ClipShape {
-            rule: FillRule::NonZero,
-            layers: &layers,
-            outline: loops,
+            loops: &loops,
+            outline: &loops,
             ..ClipShape::EMPTY
         };
         let params = FrameParams {
             background,
-            ..scene::frame(camera, mode, antialias)
+            ..scene::frame(self.camera, mode, antialias)
         };
-        let drawn = renderer.render_shape(&gpu, &params, &shape).unwrap();
-        failures.extend(compare(name, &drawn, &gpu.adapter_name()).err());
+        (self.renderer.render_shape(&self.gpu, &params, &shape)).unwrap()
     }
+
+    /// The parameters of the picture with an interpolated outline.
+    fn interpolated(&self) -> FrameParams {
+        FrameParams {
+            method: Method::Tight,
+            ..scene::frame(self.camera, Mode::Clipped, Antialias::Soft)
+        }
+    }
+}
+
+#[test]
+fn pictures_are_the_golden_ones() {
+    let Some(mut stage) = Stage::open(RendererOptions::default()) else {
+        return;
+    };
+    let adapter = stage.gpu.adapter_name();
+    let mut failures = Vec::new();
+    for case in CASES {
+        let drawn = stage.draw(case, 0.0);
+        failures.extend(compare(case.0, &drawn, &adapter).err());
+    }
+    let params = stage.interpolated();
+    let drawn = stage.renderer.render(&stage.gpu, &params).unwrap();
+    failures.extend(compare(INTERPOLATED, &drawn, &adapter).err());
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// Pixels of what is one unit wide at a distance of one.
+fn unit_px(camera: &Camera) -> f64 {
+    0.5 * f64::from(camera.height_px) / (0.5 * camera.fov_y_rad()).tan()
+}
+
+/// Pixels by which a picture is not its golden one.
+fn outliers(name: &str, drawn: &ColourImage) -> u32 {
+    let golden = image::open(golden_folder().join(format!("{name}.png"))).unwrap();
+    let drawn = image::load_from_memory(&scene::png(drawn).bytes).unwrap();
+    count_outliers(&golden.into_rgba8(), &drawn.into_rgba8())
+}
+
+#[test]
+fn a_quarter_of_a_pixel_is_noticed() {
+    let Some(mut stage) = Stage::open(RendererOptions::default()) else {
+        return;
+    };
+    for case in CASES {
+        if matches!(case.1, Mode::Clipped | Mode::Silhouette) {
+            let found = outliers(case.0, &stage.draw(case, SHIFT_PX));
+            let name = case.0;
+            assert!(found > tolerance::GOLDEN.max_outliers(), "{name}: {found}");
+        }
+    }
+    // The same of the interpolated one: all captured outlines are moved by as much as is seen in the picture.
+    let params = stage.interpolated();
+    let mut asset = stage.asset.clone();
+    for view in &mut asset.map.views {
+        let scale = unit_px(&view.camera) / unit_px(&stage.camera);
+        let points = view.contours.iter_mut().flat_map(|c| &mut c.points);
+        points.for_each(|p| p.x += SHIFT_PX * scale);
+    }
+    stage.renderer.load_asset(&stage.gpu, &asset).unwrap();
+    let drawn = stage.renderer.render(&stage.gpu, &params).unwrap();
+    let found = outliers(INTERPOLATED, &drawn);
+    assert!(found > tolerance::GOLDEN.max_outliers(), "{found}");
+}
+
+#[test]
+fn another_target_format_shows_the_same() {
+    let format = wgpu::TextureFormat::Bgra8UnormSrgb;
+    let Some(mut stage) = Stage::open(RendererOptions {
+        target_format: format,
+    }) else {
+        return;
+    };
+    let texture = stage.gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d {
+            width: SIDE_PX,
+            height: SIDE_PX,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    for antialias in [Antialias::Soft, Antialias::Msaa, Antialias::None] {
+        let params = FrameParams {
+            antialias,
+            ..stage.interpolated()
+        };
+        // Pictures are drawn in red, green, blue whatever the target's format.
+        let mut expected = stage.renderer.render(&stage.gpu, &params).unwrap();
+        let mut encoder = (stage.gpu.device).create_command_encoder(&Default::default());
+        (stage.renderer)
+            .record(&stage.gpu, &mut encoder, &target, &params)
+            .unwrap();
+        let readback = Readback::new(&stage.gpu, (SIDE_PX, SIDE_PX), format).unwrap();
+        let pending = readback.start(&stage.gpu, encoder, &texture);
+        let (bgra, _) = pending.wait(&stage.gpu).unwrap();
+        assert_ne!(expected.rgba, bgra);
+        for pixel in expected.rgba.chunks_exact_mut(4) {
+            pixel.swap(0, 2);
+        }
+        assert_eq!(expected.rgba, bgra, "{antialias:?}");
+    }
 }
 
 #[test]
@@ -223,7 +354,8 @@ fn golden_pictures_are_small_all_used_and_tell_modes_apart() {
         found.insert(path.file_stem().unwrap().to_string_lossy().into_owned());
         pictures.push(image::load_from_memory(&bytes).unwrap().into_rgba8());
     }
-    let wanted: BTreeSet<String> = CASES.iter().map(|c| c.0.to_owned()).collect();
+    let names = CASES.iter().map(|c| c.0).chain([INTERPOLATED]);
+    let wanted: BTreeSet<String> = names.map(str::to_owned).collect();
     assert_eq!(found, wanted);
     for (i, a) in pictures.iter().enumerate() {
         assert_eq!(count_outliers(a, a), 0);

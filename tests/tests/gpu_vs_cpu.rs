@@ -10,13 +10,12 @@ use silmap_gpu::Gpu;
 use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet,
 };
+use silmap_models as models;
 use silmap_preprocess::capture::gpu::GpuCapture;
 use silmap_preprocess::capture::{cpu, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_runtime::{
-    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, RenderError, Renderer,
-    RendererOptions,
+    Antialias, Background, ClipShape, FrameParams, Mode, RenderError, Renderer, RendererOptions,
 };
 use silmap_tests::tolerance::{self, Tolerance};
 use silmap_tests::{device, scene};
@@ -63,10 +62,9 @@ impl Screen {
         alpha_of(&picture)
     }
 
-    fn mask(&mut self, rule: FillRule, layers: &[Vec<Loop>]) -> Mask {
+    fn mask(&mut self, loops: &[Loop]) -> Mask {
         let shape = ClipShape {
-            rule,
-            layers,
+            loops,
             ..ClipShape::EMPTY
         };
         mask_of(&self.alpha(Antialias::None, &shape), SIDE_PX)
@@ -227,14 +225,8 @@ fn fans_fill_what_the_processor_fills() {
     let mut found = Mask::new(SIDE_PX, SIDE_PX);
     for (index, loops) in hard_shapes().into_iter().enumerate() {
         fill_non_zero(&loops, &mut found);
-        let layers = [loops];
-        let drawn = screen.mask(FillRule::NonZero, &layers);
-        agrees(&drawn, &found, &layers[0])
-            .unwrap_or_else(|why| panic!("shape {index}, non-zero: {why}"));
-        fill_even_odd(&layers[0], &mut found);
-        let drawn = screen.mask(FillRule::EvenOddInAll, &layers);
-        agrees(&drawn, &found, &layers[0])
-            .unwrap_or_else(|why| panic!("shape {index}, even-odd: {why}"));
+        let drawn = screen.mask(&loops);
+        agrees(&drawn, &found, &loops).unwrap_or_else(|why| panic!("shape {index}: {why}"));
     }
 }
 
@@ -244,22 +236,15 @@ fn fans_fill_what_a_path_rasteriser_fills() {
         return;
     };
     for (index, loops) in hard_shapes().into_iter().enumerate() {
-        let layers = [loops];
-        for (rule, skia) in [
-            (FillRule::NonZero, tiny_skia::FillRule::Winding),
-            (FillRule::EvenOddInAll, tiny_skia::FillRule::EvenOdd),
-        ] {
-            let Some(found) = filled_by_skia(&layers[0], skia) else {
-                continue;
-            };
-            let drawn = screen.mask(rule, &layers);
-            path_agrees(&drawn, &found, &layers[0])
-                .unwrap_or_else(|why| panic!("shape {index}, {rule:?}: {why}"));
-        }
+        let Some(found) = filled_by_skia(&loops) else {
+            continue;
+        };
+        let drawn = screen.mask(&loops);
+        path_agrees(&drawn, &found, &loops).unwrap_or_else(|why| panic!("shape {index}: {why}"));
     }
 }
 
-fn filled_by_skia(loops: &[Loop], rule: tiny_skia::FillRule) -> Option<Mask> {
+fn filled_by_skia(loops: &[Loop]) -> Option<Mask> {
     let mut path = tiny_skia::PathBuilder::new();
     for points in loops.iter().filter(|l| l.len() >= 3) {
         for (k, p) in points.iter().enumerate() {
@@ -275,38 +260,11 @@ fn filled_by_skia(loops: &[Loop], rule: tiny_skia::FillRule) -> Option<Mask> {
     let mut drawn = tiny_skia::Mask::new(SIDE_PX, SIDE_PX)?;
     drawn.fill_path(
         &path.finish()?,
-        rule,
+        tiny_skia::FillRule::Winding,
         false,
         tiny_skia::Transform::identity(),
     );
     Some(mask_of(drawn.data(), SIDE_PX))
-}
-
-#[test]
-fn three_layers_are_intersected() {
-    let Some(mut screen) = Screen::open() else {
-        return;
-    };
-    let layers = [
-        vec![ring(DVec2::new(50.0, 60.0), 40.0, 60)],
-        vec![tangle(6, 8)],
-        vec![
-            ring(DVec2::new(70.0, 60.0), 45.0, 33),
-            ring(DVec2::new(65.0, 62.0), -12.0, 20),
-        ],
-    ];
-    for count in 1..=3 {
-        let mut found = Mask::new(SIDE_PX, SIDE_PX);
-        fill_even_odd(&layers[0], &mut found);
-        for layer in &layers[1..count] {
-            let mut one = Mask::new(SIDE_PX, SIDE_PX);
-            fill_even_odd(layer, &mut one);
-            found.intersect(&one);
-        }
-        let drawn = screen.mask(FillRule::EvenOddInAll, &layers[..count]);
-        agrees(&drawn, &found, &layers.concat())
-            .unwrap_or_else(|why| panic!("{count} layers: {why}"));
-    }
 }
 
 #[test]
@@ -315,8 +273,7 @@ fn a_moved_a_lost_and_a_differently_filled_loop_are_noticed() {
         return;
     };
     let loops = hard_shapes().swap_remove(1);
-    let layers = [loops.clone()];
-    let drawn = screen.mask(FillRule::NonZero, &layers);
+    let drawn = screen.mask(&loops);
     let mut found = Mask::new(SIDE_PX, SIDE_PX);
     let moved: Vec<Loop> = loops
         .iter()
@@ -374,11 +331,9 @@ fn soft_edges_cover_the_area_that_lies_inside() {
     ];
     for (index, loops) in shapes.into_iter().enumerate() {
         let truth = covered_shares(&loops);
-        let layers = [loops];
         let shape = ClipShape {
-            rule: FillRule::NonZero,
-            layers: &layers,
-            outline: &layers[0],
+            loops: &loops,
+            outline: &loops,
             ..ClipShape::EMPTY
         };
         let soft = screen.alpha(Antialias::Soft, &shape);
@@ -509,7 +464,7 @@ fn a_whole_frame_is_the_hull_inside_the_interpolated_outline() {
 }
 
 fn outline_loops(map: &SilhouetteMap, camera: &Camera, method: silmap_map::Method) -> Vec<Loop> {
-    let mut scratch = silmap_map::Scratch::new(map).unwrap();
+    let mut scratch = silmap_map::MapReader::new(map).unwrap();
     silmap_map::outline(map, camera, method, &mut scratch)
         .unwrap()
         .simple_loops()

@@ -13,6 +13,7 @@ use silmap_map::{
     Asset, Atlas, BuildRecord, CapturedView, CoarseHull, EncodedImage, Placement, SilhouetteMap,
     TextureSet, TextureView, ViewContour,
 };
+use silmap_tests::outside;
 
 /// Vertices per contour in the size check: what the bunny has on average.
 const CONTOUR_VERTICES: u32 = 150;
@@ -198,14 +199,14 @@ fn silhouettes_stay_small() {
     let vertices: usize = asset.map.contour_vertex_counts().sum();
     let bytes_each = sizes.map as f64 / vertices as f64;
     // 200 KiB for 128 views of 150 vertices would be ten bytes each.
-    assert!(bytes_each < 6.5, "{bytes_each} bytes a vertex");
+    assert!(bytes_each < 6.2, "{bytes_each} bytes a vertex");
 }
 
 #[test]
 fn the_khronos_validator_finds_nothing() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("gltf-validator");
     if !folder.join("node_modules").is_dir() {
-        println!("skipped: run `npm ci` in tests/gltf-validator first (tools/test does)");
+        outside::skip("the Khronos validator: run `npm ci` in tests/gltf-validator first");
         return;
     }
     let scratch = tempfile::tempdir().unwrap();

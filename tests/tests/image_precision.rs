@@ -7,14 +7,14 @@ use silmap_exact::{Outliner, silhouette_edges};
 use silmap_geometry::polygon::{self, fill_even_odd};
 use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_preprocess::models::{self, ModelKind};
+use silmap_models::{self as models, ModelKind};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, RenderError, Renderer,
     RendererOptions,
 };
 use silmap_tests::{device, scene};
 
-/// Side of the pictures.
+/// StripSide of the pictures.
 const SIDE_PX: u32 = 400;
 /// Width asked for.
 const WIDTH_PX: f64 = 5.0;
@@ -96,14 +96,14 @@ fn nearest(segments: &[(DVec2, DVec2, f64)], p: DVec2) -> (f64, usize) {
 
 /// Which side of the outline is measured.
 #[derive(Clone, Copy, PartialEq)]
-enum Side {
+enum StripSide {
     Outside,
     Inside,
 }
 
 /// Widths of the ink on one side of the outline, one for each stretch of it: its area over that of the strip that has the
 /// width asked for, so that corners do not count as wider or narrower.
-fn widths_along(loops: &[Loop], ink: &Mask, side: Side) -> Vec<f64> {
+fn widths_along(loops: &[Loop], ink: &Mask, side: StripSide) -> Vec<f64> {
     let mut inside = Mask::new(SIDE_PX, SIDE_PX);
     fill_even_odd(loops, &mut inside);
     let mut segments = Vec::new();
@@ -114,7 +114,7 @@ fn widths_along(loops: &[Loop], ink: &Mask, side: Side) -> Vec<f64> {
     }
     let mut areas = vec![[0.0, 0.0]; (total / BIN_PX) as usize + 1];
     for (x, y) in (0..SIDE_PX).flat_map(|y| (0..SIDE_PX).map(move |x| (x, y))) {
-        if inside.get(x.into(), y.into()) == (side == Side::Outside) {
+        if inside.get(x.into(), y.into()) == (side == StripSide::Outside) {
             continue;
         }
         let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -146,7 +146,7 @@ fn fattened_lines_are_equally_wide_along_the_outline_and_translated_ones_are_not
         for camera in cameras(&mesh) {
             let loops = outline(&mesh, &camera);
             let ink = stage.ink(&camera, EdgeStyle::Fatten, false);
-            let fat = widths_along(&loops, &ink, Side::Outside);
+            let fat = widths_along(&loops, &ink, StripSide::Outside);
             assert!(fat.len() > 40, "{} stretches", fat.len());
             let off = farthest_from_width(&fat);
             let count = fat.len();
@@ -154,7 +154,7 @@ fn fattened_lines_are_equally_wide_along_the_outline_and_translated_ones_are_not
             assert!(off <= 0.5, "{off} px off: {fat:?}");
             // Translated lines lie inside, thin in some places and wide in others.
             let ink = stage.ink(&camera, EdgeStyle::Translate, false);
-            let translated = widths_along(&loops, &ink, Side::Inside);
+            let translated = widths_along(&loops, &ink, StripSide::Inside);
             let off = farthest_from_width(&translated);
             assert!(off > 1.0, "translated: {off} px");
             most_spread = most_spread.max(spread(&translated));

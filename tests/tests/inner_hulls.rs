@@ -3,14 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, TriangleMesh};
-use silmap_preprocess::hull::{self, HullParams, Tightening, VerifyParams, verify_inner};
-use silmap_preprocess::mesh_io::{self, LoadOptions};
-use silmap_preprocess::{Monitor, models};
+use silmap_hull::{self as hull, HullParams, Tightening, VerifyParams, verify_inner};
+use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
+use silmap_tests::outside;
 
 /// How far outside counts, in radii of the model.
 const TOLERANCE_REL: f64 = 1e-6;
@@ -174,23 +175,19 @@ fn inner_hull(mesh: &ClosedMesh, faces: u32) -> hull::ProgressiveHull {
         inner: true,
         ..HullParams::default()
     };
-    hull::build(mesh, &params, &Monitor::silent()).unwrap()
+    hull::build(mesh, &params, &Watch::silent()).unwrap()
 }
 
 fn check_models(list: &[(&str, u32, f64)]) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/models");
     for &(name, faces, least_ratio) in list {
-        let path = folder.join(name);
-        if !path.exists() {
-            eprintln!("skipped: {} is not here", path.display());
+        let Some(path) = outside::shared(&format!("models/{name}")) else {
             continue;
-        }
+        };
         let mesh = mesh_io::load(&path, &LoadOptions::default()).unwrap().mesh;
         let sequence = inner_hull(&mesh, faces);
         assert_eq!(sequence.least_faces(), faces as usize, "{name}");
         for how in [Tightening::Off, Tightening::Fast] {
-            let level =
-                (sequence.tightened_level(faces as usize, how, &Monitor::silent())).unwrap();
+            let level = (sequence.tightened_level(faces as usize, how, &Watch::silent())).unwrap();
             let report = verify_inner(&level.mesh, mesh.mesh(), &VerifyParams::default());
             let found = farthest_outside(&level.mesh, mesh.mesh());
             eprintln!(

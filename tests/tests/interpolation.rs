@@ -2,15 +2,16 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
-use silmap_map::{Method, Scratch, SilhouetteMap, Transfer, outline};
+use silmap_map::{MapReader, Method, SilhouetteMap, Transfer, outline};
 use silmap_measure::evaluate::{EvaluateParams, Place, evaluate, summarise};
-use silmap_preprocess::{Monitor, models};
+use silmap_models as models;
 use silmap_tests::dense_maps::dense;
 
 fn misclassified_at_views(map: &SilhouetteMap, masks: &[Mask], moved: f64, method: Method) -> f64 {
-    let mut scratch = Scratch::new(map).unwrap();
+    let mut scratch = MapReader::new(map).unwrap();
     let mut filled = Mask::new(map.resolution_px, map.resolution_px);
     let shares = map.triangles.iter().step_by(3).map(|t| {
         let [a, b, c] = t.map(|v| map.eye(v));
@@ -69,25 +70,26 @@ fn hull_errors(map: &SilhouetteMap, mesh: &TriangleMesh) -> (f64, f64, f64) {
         size_px: 256,
         ..EvaluateParams::default()
     };
-    let errors = evaluate(map, mesh, &params, &Monitor::silent()).unwrap();
+    let errors = evaluate(map, mesh, &params, &Watch::silent()).unwrap();
     let s = summarise(&errors)[0];
     (s.misclassified_mean, s.escaped_mean, s.escaped_max)
 }
 
 #[test]
 fn hull_is_conservative_on_the_polytope() {
-    for (name, mesh) in [
-        ("torus", models::torus(4096)),
-        ("knot", models::trefoil_knot(4096)),
-        ("three holes", models::three_holed_torus(4096)),
+    // What may be misclassified is a tenth more than what is.
+    for (name, mesh, most) in [
+        ("torus", models::torus(4096), 0.0635),
+        ("knot", models::trefoil_knot(4096), 0.199),
+        ("three holes", models::three_holed_torus(4096), 0.136),
     ] {
         let (mut map, _) = dense(&mesh, 96, 256, 0.5, CoverageRule::Any);
         let (wrong, mean, max) = hull_errors(&map, &mesh);
         assert!(
-            mean <= 1e-4 && max <= 1e-3,
+            mean <= 1e-5 && max <= 1e-4,
             "{name}: escaped {mean} on average, {max} at most"
         );
-        assert!(wrong < 0.4, "{name}: {wrong} misclassified");
+        assert!(wrong < most, "{name}: {wrong} misclassified");
         // Negative control: silhouettes moved by three pixels let pixels escape.
         for p in map
             .views
@@ -135,7 +137,7 @@ fn scaling_and_moving_the_model_moves_nothing_in_the_image() {
             let camera = Camera::fit_sphere(eye, map.center, map.radius, None, (512, 512)).unwrap();
             let mut mask = Mask::new(512, 512);
             fill_even_odd(
-                outline(map, &camera, method, &mut Scratch::new(map).unwrap())
+                outline(map, &camera, method, &mut MapReader::new(map).unwrap())
                     .unwrap()
                     .simple_loops(),
                 &mut mask,
@@ -164,7 +166,7 @@ fn mean_error(
         size_px: 256,
         ..EvaluateParams::default()
     };
-    summarise(&evaluate(map, mesh, &params, &Monitor::silent()).unwrap())[0].misclassified_mean
+    summarise(&evaluate(map, mesh, &params, &Watch::silent()).unwrap())[0].misclassified_mean
 }
 
 /// Off the polytope every ray is followed to where it crosses it. The homography of one plane is the negative control.

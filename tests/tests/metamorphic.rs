@@ -2,18 +2,19 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use glam::{DMat3, DVec3};
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
-    Asset, CapturedView, Method, Placement, Scratch, SilhouetteMap, ViewContour, asset, outline,
+    Asset, CapturedView, MapReader, Method, Placement, SilhouetteMap, ViewContour, asset, outline,
 };
+use silmap_mesh_io::{self as mesh_io, LoadOptions};
+use silmap_models as models;
 use silmap_preprocess::capture::{Backend, CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::mesh_io::{self, LoadOptions};
 use silmap_preprocess::pipeline::{self, BuildParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_preprocess::{Monitor, models};
 
 const FACES: usize = 2_000;
 const VIEWS: u32 = 80;
@@ -80,7 +81,7 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
         &closed,
         &cameras,
         &CaptureParams::default(),
-        &Monitor::silent(),
+        &Watch::silent(),
     )
     .unwrap();
     let (tree, moved_bounds) = (Bvh::new(&mesh), mesh.bounds());
@@ -115,7 +116,7 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
 
 /// Outlines as masks.
 fn outlines(map: &SilhouetteMap, cameras: &[Camera], method: Method) -> Vec<Mask> {
-    let mut scratch = Scratch::new(map).unwrap();
+    let mut scratch = MapReader::new(map).unwrap();
     let drawn = cameras.iter().map(|camera| {
         let found = outline(map, camera, method, &mut scratch).unwrap();
         let mut mask = Mask::new(SIDE_PX, SIDE_PX);
@@ -246,7 +247,7 @@ fn asset_at(shift: DVec3) -> Asset {
     params.hull.target_faces = 200;
     params.textures.views = 2;
     params.textures.size_px = 16;
-    let (asset, _) = pipeline::build(&loaded.mesh, "knot", &params, &Monitor::silent()).unwrap();
+    let (asset, _) = pipeline::build(&loaded.mesh, "knot", &params, &Watch::silent()).unwrap();
     asset
 }
 

@@ -2,12 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use proptest::prelude::*;
+use silmap_geometry::Watch;
 use silmap_geometry::{ClosedMesh, CoverageRule, TriangleMesh};
 use silmap_map::Method;
 use silmap_measure::evaluate::{EvaluateParams, Place, evaluate};
+use silmap_models as models;
 use silmap_preprocess::capture::Backend;
 use silmap_preprocess::pipeline::{BuildError, BuildParams, build};
-use silmap_preprocess::{Monitor, models};
 
 fn model(which: usize) -> TriangleMesh {
     match which {
@@ -50,7 +51,7 @@ fn params(views: u32, keep: u32, resolution_px: u32, any: bool, radius: f64) -> 
 fn look(which: usize, params: &BuildParams) -> Option<usize> {
     let mesh = model(which);
     let closed = ClosedMesh::try_from(mesh.clone()).unwrap();
-    let asset = match build(&closed, "model", params, &Monitor::silent()) {
+    let asset = match build(&closed, "model", params, &Watch::silent()) {
         Ok((asset, _)) => asset,
         Err(BuildError::TooFewViews { .. } | BuildError::NothingSeen { .. }) => return None,
         Err(other) => panic!("{other}"),
@@ -63,7 +64,7 @@ fn look(which: usize, params: &BuildParams) -> Option<usize> {
             size_px: 48,
             ..EvaluateParams::default()
         };
-        let found = evaluate(&asset.map, &mesh, &asked, &Monitor::silent());
+        let found = evaluate(&asset.map, &mesh, &asked, &Watch::silent());
         let found = found.unwrap_or_else(|e| panic!("{place:?}: {e}"));
         assert!(found.iter().all(|e| e.misclassified.is_finite()));
     }

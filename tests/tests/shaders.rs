@@ -71,7 +71,7 @@ fn texts(folder: &Path, into: &mut Vec<(String, String)>) {
 
 #[test]
 fn every_file_is_part_of_a_program() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/silmap-gpu/shaders");
     let mut files = Vec::new();
     texts(&folder, &mut files);
     assert!(!files.is_empty(), "no shader file was found");

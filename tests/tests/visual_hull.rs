@@ -17,10 +17,10 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CoverageRule, Loop, Mask};
-use silmap_map::{CapturedView, Method, Polytope, Scratch, SilhouetteMap, ViewContour, outline};
+use silmap_map::{CapturedView, MapReader, Method, Polytope, SilhouetteMap, ViewContour, outline};
+use silmap_models as models;
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_preprocess::models;
 use silmap_tests::dense_maps::dense;
 
 /// Side of captures and pictures, pixels.
@@ -173,7 +173,7 @@ impl Between {
 
     fn drawn(&self, map: &SilhouetteMap, method: Method) -> Mask {
         let mut mask = Mask::new(SIDE, SIDE);
-        let mut scratch = Scratch::new(map).unwrap();
+        let mut scratch = MapReader::new(map).unwrap();
         let seen = outline(map, &self.camera, method, &mut scratch).unwrap();
         fill_even_odd(seen.simple_loops(), &mut mask);
         mask

@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Outliner, Viewpoint, walk_around};
+use silmap_exact::{EdgeMesh, ExtractionMethod, Extractor, Outliner, Viewpoint, walk_around};
 use silmap_geometry::{Camera, TriangleMesh};
 
 const RINGS: u32 = 256;
@@ -42,8 +42,8 @@ fn extraction(c: &mut Criterion) {
     let walk: Vec<Viewpoint> = walk_around(start, DVec3::ZERO, STEPS).collect();
     let mut group = c.benchmark_group("extraction, 65536 faces");
     let mut edges = Vec::new();
-    for &method in Method::ALL {
-        if method == Method::List {
+    for &method in ExtractionMethod::ALL {
+        if method == ExtractionMethod::List {
             // The source's quadratic method takes thousands of times as long.
             group.sample_size(10);
         }
@@ -69,7 +69,7 @@ fn outline(c: &mut Criterion) {
     let camera = Camera::fit_sphere(eye, bounds.center, bounds.radius, None, (1024, 1024))
         .expect("the eye is outside");
     let mut edges = Vec::new();
-    Extractor::new(&mesh, Method::Brute).extract(&Viewpoint::Eye(eye), &mut edges);
+    Extractor::new(&mesh, ExtractionMethod::Brute).extract(&Viewpoint::Eye(eye), &mut edges);
     let mut outliner = Outliner::new(mesh.positions());
     c.bench_function("outline, 65536 faces", |b| {
         b.iter(|| black_box(outliner.outline(&edges, &camera)));

@@ -12,10 +12,11 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use silmap_geometry::polygon::Loop;
-use silmap_geometry::{Camera, ClosedMesh};
+use silmap_geometry::{Camera, ClosedMesh, Interrupted, Watch};
 use thiserror::Error;
 
-use crate::{Advance, EdgeMesh, Extractor, Method, OutlineError, Outliner, Viewpoint, Watch};
+use crate::watch::{Counter, FIT};
+use crate::{EdgeMesh, ExtractionMethod, Extractor, OutlineError, Outliner, Viewpoint};
 
 mod rim;
 mod solve;
@@ -98,24 +99,24 @@ pub enum AlignError {
     #[error(transparent)]
     Outline(#[from] OutlineError),
     /// The caller asked to stop.
-    #[error("interrupted")]
-    Interrupted,
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
     /// The model's outline is nowhere near.
     #[error("no part of the model's outline lies near the image's: start from a closer pose")]
     NothingNear,
 }
 
 /// Refines the pose of `start` until the outline of `mesh` fits `outline`, pixels of its image: outer loops have positive area,
-/// holes negative. `watch` counts rounds; most starts need fewer than its estimate.
+/// holes negative. The stage [`FIT`] counts rounds; most starts need fewer than its estimate.
 ///
 /// # Errors
-/// When there is no outline on either side, the two are nowhere near each other, or `watch` ends the work.
+/// When there is no outline on either side, the two are nowhere near each other, or the caller asks to stop.
 pub fn refine_pose(
     mesh: &ClosedMesh,
     outline: &[Loop],
     start: &Camera,
     params: &AlignParams,
-    watch: &mut Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Pose, AlignError> {
     let target = ImageOutline::new(outline);
     if target.points.is_empty() {
@@ -124,14 +125,14 @@ pub fn refine_pose(
     let edge_mesh = EdgeMesh::from(mesh);
     let bounds = mesh.bounds();
     let mut fit = Fit {
-        extractor: Extractor::new(&edge_mesh, Method::BruteParallel),
+        extractor: Extractor::new(&edge_mesh, ExtractionMethod::BruteParallel),
         outliner: Outliner::new(edge_mesh.positions()),
         mesh: &edge_mesh,
         target,
         center: bounds.center,
         radius: bounds.radius,
         rounds: 0,
-        watch,
+        counter: Counter::start(watch, FIT, STARTS * u64::from(params.rounds), 1),
     };
     let mut best = fit.descend(start, params)?;
     let axes = [start.right, start.up, start.forward];
@@ -142,10 +143,11 @@ pub fn refine_pose(
         let turn = DMat3::from_axis_angle(axis, params.turn_rad);
         match fit.descend(&moved(start, fit.center, turn, DVec3::ZERO), params) {
             Ok(other) if other.distance_px < best.distance_px => best = other,
-            Err(AlignError::Interrupted) => return Err(AlignError::Interrupted),
+            Err(AlignError::Interrupted(stop)) => return Err(stop.into()),
             Ok(_) | Err(_) => {}
         }
     }
+    fit.counter.finish();
     Ok(Pose {
         rounds: fit.rounds,
         fits_within_px: (params.fits_within_px).unwrap_or_else(|| usual_bound_px(outline)),
@@ -154,10 +156,10 @@ pub fn refine_pose(
 }
 
 /// A model and what it is fitted to.
-struct Fit<'m, 'w> {
+struct Fit<'m> {
     /// Rounds made, from all starts.
     rounds: u32,
-    watch: &'m mut Watch<'w>,
+    counter: Counter<'m>,
     mesh: &'m EdgeMesh,
     extractor: Extractor<'m>,
     outliner: Outliner<'m>,
@@ -188,13 +190,13 @@ struct Match<'a> {
     distance: f64,
 }
 
-impl Fit<'_, '_> {
+impl Fit<'_> {
     /// Goes from `start` to where the outlines fit best.
     fn descend(&mut self, start: &Camera, params: &AlignParams) -> Result<Pose, AlignError> {
         let mut camera = *start;
         let mut best: Option<Pose> = None;
         for _ in 0..params.rounds {
-            self.tell(params.rounds)?;
+            self.counter.tell_done(u64::from(self.rounds))?;
             self.rounds += 1;
             let rim = self.rim(&camera)?;
             let (distance_px, step) = self.step(&rim, &camera)?;
@@ -218,19 +220,6 @@ impl Fit<'_, '_> {
             camera = moved(&camera, self.center, rotation, shift * self.radius);
         }
         best.ok_or(AlignError::NothingNear)
-    }
-
-    /// Tells the watcher, who may want no further round.
-    fn tell(&mut self, rounds_of_start: u32) -> Result<(), AlignError> {
-        let advance = Advance {
-            done: u64::from(self.rounds),
-            total: STARTS * u64::from(rounds_of_start),
-        };
-        if (self.watch)(advance) {
-            Ok(())
-        } else {
-            Err(AlignError::Interrupted)
-        }
     }
 
     fn rim(&mut self, camera: &Camera) -> Result<Vec<RimPoint>, AlignError> {

@@ -1,4 +1,4 @@
-//! The border of what directed segments wind about, found along the segments themselves.
+//! The border of the region with non-zero winding number about directed segments, followed along the segments.
 //!
 //! Where segments cross is found cell by cell of a grid. Crossing one, the winding number changes by one, so it is known
 //! along all segments that hang together, by their ends or by crossings, when it is known in one place; there a ray counts it. The border is what has

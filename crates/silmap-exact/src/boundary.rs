@@ -1,4 +1,4 @@
-//! Silhouette edges by testing every edge: the method that the others are held to.
+//! Silhouette edges by testing every edge: the reference for all other methods.
 //!
 //! The edges are those of the boundary of the front-facing faces, as a sum of directed edges in which an edge and its
 //! reverse cancel. On a closed manifold this is "front-facing face on the left, none on the right"; on anything else it

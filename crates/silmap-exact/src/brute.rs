@@ -1,4 +1,4 @@
-//! Brute force over precomputed planes: which faces show their front, then every edge whose faces disagree.
+//! Brute force over precomputed planes: classify every face as front or back, then test every edge.
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 5 (definition).
 //! Deviation: each face is tested once, not once for each of its edges. The second form works on blocks of planes, so

@@ -1,4 +1,4 @@
-//! A forest of edges in clusters, laid out for searching: nodes are passed over from where all their faces look one way.
+//! A forest of edge clusters, laid out for search: a node is skipped where all its faces face the same way.
 //!
 //! The search goes down level by level. Children lie side by side, so that a level is a list of short ranges; every node of
 //! it is tested, and its children and edges are noted whether it is passed over or not: only how far the lists grow depends

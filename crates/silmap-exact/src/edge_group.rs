@@ -1,4 +1,4 @@
-//! Up to eight edges with up to eight faces, tested together.
+//! Groups of up to eight edges with up to eight faces, tested together.
 
 use glam::Vec4;
 

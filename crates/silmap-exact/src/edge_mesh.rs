@@ -1,5 +1,4 @@
-//! What every method of extraction works on: the edges of a manifold mesh with their two faces, and the planes of the
-//! faces in single precision.
+//! The input of every extraction method: the edges of a manifold mesh with their two faces, and the faces' planes.
 //!
 //! A face shows its front when the value of its plane is positive. Single precision decides that for all but one face in
 //! a hundred thousand; where the value is within its error bound the exact predicate decides, so that all methods give
@@ -212,7 +211,7 @@ fn unit_plane([a, b, c]: [DVec3; 3], frame: &Frame) -> Option<[f64; 4]> {
 
 /// One side of an edge: a face and which of its edges it is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
+struct FaceEdge {
     low: u32,
     high: u32,
     is_downward: bool,
@@ -224,11 +223,11 @@ struct Side {
 type PairedSides = (Vec<DirectedEdge>, Vec<[u32; 2]>, Vec<[u32; 3]>);
 
 fn pair_sides(faces: &[[u32; 3]]) -> Result<PairedSides, EdgeMeshError> {
-    let mut sides: Vec<Side> = Vec::with_capacity(3 * faces.len());
+    let mut sides: Vec<FaceEdge> = Vec::with_capacity(3 * faces.len());
     for (face, corners) in faces.iter().enumerate() {
         for k in 0..3_u8 {
             let (from, to) = (corners[k as usize], corners[(k as usize + 1) % 3]);
-            sides.push(Side {
+            sides.push(FaceEdge {
                 low: from.min(to),
                 high: from.max(to),
                 is_downward: to < from,

@@ -1,6 +1,8 @@
-//! One door to all methods of extraction.
+//! One interface to all extraction methods.
 
 use std::fmt;
+
+use silmap_geometry::{Interrupted, Watch};
 
 use crate::backface_regions::{FacingRegions, region_hierarchy};
 use crate::brute::{Brute, BruteParallel};
@@ -10,12 +12,11 @@ use crate::dual::{Division, MovingSilhouette};
 use crate::edge_hash::EdgeHash;
 use crate::edge_mesh::EdgeMesh;
 use crate::edge_table::EdgeTable;
-use crate::watch::unwatched;
-use crate::{DirectedEdge, Stopped, Viewpoint, Watch, edge_list};
+use crate::{DirectedEdge, Viewpoint, Work, edge_list};
 
 /// How silhouette edges are found. All methods find the same ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Method {
+pub enum ExtractionMethod {
     /// Every face, then every edge, on one core.
     Brute,
     /// The same on several faces at a time and on all cores.
@@ -36,7 +37,7 @@ pub enum Method {
     DualBar,
 }
 
-impl Method {
+impl ExtractionMethod {
     /// Every method.
     pub const ALL: &[Self] = &[
         Self::Brute,
@@ -67,27 +68,9 @@ impl Method {
     }
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for ExtractionMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-/// What one extraction had to look at; independent of the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Edges whose faces were tested, or that were toggled.
-    pub tested_edges: usize,
-    /// Nodes of a search structure that were tested.
-    pub visited_nodes: usize,
-}
-
-impl Work {
-    pub(crate) fn of_edges(tested_edges: usize) -> Self {
-        Self {
-            tested_edges,
-            visited_nodes: 0,
-        }
     }
 }
 
@@ -119,38 +102,38 @@ impl From<MovingSilhouette> for MethodData {
 impl<'m> Extractor<'m> {
     /// Precomputes what `method` needs.
     #[must_use]
-    pub fn new(mesh: &'m EdgeMesh, method: Method) -> Self {
-        let made = Self::watched(mesh, method, &mut unwatched);
-        made.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
+    pub fn new(mesh: &'m EdgeMesh, method: ExtractionMethod) -> Self {
+        let made = Self::watched(mesh, method, &Watch::silent());
+        made.unwrap_or_else(|Interrupted| unreachable!("nobody stops it"))
     }
 
-    /// As [`Self::new`]; `watch` hears how far the work is, where it takes long, and may end it.
+    /// As [`Self::new`]; with a watch over what takes long, the forest of [`ExtractionMethod::Cones`].
     ///
     /// # Errors
-    /// When `watch` ends the work.
+    /// When the caller asks to stop.
     pub fn watched(
         mesh: &'m EdgeMesh,
-        method: Method,
-        watch: &mut Watch<'_>,
-    ) -> Result<Self, Stopped> {
+        method: ExtractionMethod,
+        watch: &Watch<'_>,
+    ) -> Result<Self, Interrupted> {
         let data = match method {
-            Method::Brute => MethodData::Brute(Brute::default()),
-            Method::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),
-            Method::List => MethodData::List,
-            Method::Hash => MethodData::Hash(EdgeHash::new(mesh)),
-            Method::Table => MethodData::Table(EdgeTable::new(mesh)),
-            Method::Cones => {
+            ExtractionMethod::Brute => MethodData::Brute(Brute::default()),
+            ExtractionMethod::BruteParallel => MethodData::BruteParallel(BruteParallel::new(mesh)),
+            ExtractionMethod::List => MethodData::List,
+            ExtractionMethod::Hash => MethodData::Hash(EdgeHash::new(mesh)),
+            ExtractionMethod::Table => MethodData::Table(EdgeTable::new(mesh)),
+            ExtractionMethod::Cones => {
                 let forest = ConeForest::watched(mesh, watch)?;
                 return Ok(Self::with_forest(mesh, &forest));
             }
-            Method::Jc => MethodData::Jc(region_hierarchy(mesh)),
-            Method::Dual => MovingSilhouette::new(mesh, Division::Octree).into(),
-            Method::DualBar => MovingSilhouette::new(mesh, Division::Bar).into(),
+            ExtractionMethod::Jc => MethodData::Jc(region_hierarchy(mesh)),
+            ExtractionMethod::Dual => MovingSilhouette::new(mesh, Division::Octree).into(),
+            ExtractionMethod::DualBar => MovingSilhouette::new(mesh, Division::Bar).into(),
         };
         Ok(Self { mesh, data })
     }
 
-    /// Finds edges by [`Method::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found
+    /// Finds edges by [`ExtractionMethod::Cones`] with a forest that was built or read for `mesh`; with one for another mesh what is found
     /// means nothing.
     ///
     /// # Panics

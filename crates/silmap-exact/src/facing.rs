@@ -1,4 +1,4 @@
-//! The one question that every silhouette comes from: does a face show its front to a viewpoint?
+//! The facing test: whether a face shows its front to a viewpoint.
 
 use glam::DVec3;
 use silmap_geometry::predicates::side_of_plane;

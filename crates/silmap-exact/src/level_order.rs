@@ -1,4 +1,4 @@
-//! Trees level by level: siblings side by side, so that a search is through lists of short ranges.
+//! Trees in level order: siblings are adjacent, and a search runs over lists of ranges.
 
 /// Trees as they are laid out for a search that goes down level by level.
 #[derive(Clone, Debug)]

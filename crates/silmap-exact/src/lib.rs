@@ -1,13 +1,13 @@
 //! Exact silhouettes from the full mesh: the comparison mode.
 //!
 //! A directed edge is on the silhouette of a viewpoint when the face on its left is front-facing and the one on its right
-//! is not. [`Extractor`] finds these edges in a manifold mesh by one of several [`Method`]s, [`silhouette_edges`] in any
+//! is not. [`Extractor`] finds these edges in a manifold mesh by one of several [`ExtractionMethod`]s, [`silhouette_edges`] in any
 //! mesh. [`chain_loops`] joins them into closed loops, and [`outline_loops`] projects the loops: filled by non-zero
 //! winding they are exactly the pixels that the mesh covers; [`decompose_loops`] cuts them to be drawn with less. [`Outliner`] makes polygons of them that do not cross.
 //!
 //! ```
 //! use glam::DVec3;
-//! use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint, chain_loops};
+//! use silmap_exact::{EdgeMesh, Extractor, ExtractionMethod, Viewpoint, chain_loops};
 //! use silmap_geometry::TriangleMesh;
 //!
 //! let octahedron = TriangleMesh {
@@ -20,7 +20,7 @@
 //! };
 //! let mesh = EdgeMesh::new(&octahedron)?;
 //! let mut edges = Vec::new();
-//! Extractor::new(&mesh, Method::Table).extract(&Viewpoint::Eye(DVec3::Z * 9.0), &mut edges);
+//! Extractor::new(&mesh, ExtractionMethod::Table).extract(&Viewpoint::Eye(DVec3::Z * 9.0), &mut edges);
 //! assert_eq!(chain_loops(&edges)?.len(), 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -51,6 +51,7 @@ mod simplify;
 mod viewpoint;
 mod walk;
 mod watch;
+mod work;
 
 pub use align::{
     AlignError, AlignParams, FITS_WITHIN_PX, FITS_WITHIN_REL, Pose, angle_between, refine_pose,
@@ -59,7 +60,7 @@ pub use boundary::{BoundaryEdges, DirectedEdge, silhouette_edges};
 pub use cones::{ConeForest, ForestError};
 pub use dual::DualSpace;
 pub use edge_mesh::{EdgeMesh, EdgeMeshError};
-pub use extractor::{Extractor, Method, Work};
+pub use extractor::{ExtractionMethod, Extractor};
 pub use facing::is_front_facing;
 pub use fans::{FanReport, decompose_loops, fan_area};
 pub use loops::{ChainError, OutlineError, chain_loops, image_loops, outline_loops};
@@ -67,7 +68,8 @@ pub use outline::Outliner;
 pub use simplify::{Simplified, SimplifyError, SimplifyParams, silhouette_nearness, simplify};
 pub use viewpoint::Viewpoint;
 pub use walk::{WALK_STEP_RAD, walk_around};
-pub use watch::{Advance, Stopped, Watch};
+pub use watch::{FIT, SEARCH, SIMPLIFY};
+pub use work::Work;
 
 #[cfg(test)]
 mod test_meshes;

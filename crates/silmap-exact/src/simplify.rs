@@ -1,4 +1,4 @@
-//! Simplifying a mesh where its silhouettes, seen from some viewpoints, are not.
+//! Mesh simplification that preserves the silhouettes seen from given viewpoints.
 //!
 //! Edges are collapsed in the order of their quadric error, and the quadrics of vertices on a silhouette, or near one, weigh many
 //! times more: what is seen edge-on keeps its vertices, what is seen from the front loses them first.
@@ -8,15 +8,12 @@
 //! Simplification Using Quadric Error Metrics. SIGGRAPH 1997. Deviation: near-silhouettes count too, the less the farther a face is
 //! from being seen edge-on, so that viewpoints between the given ones are served.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 use silmap_geometry::camera::in_short;
-use silmap_geometry::{Appearance, ClosedMesh, TriangleMesh};
+use silmap_geometry::{Appearance, ClosedMesh, CostQueue, Interrupted, TriangleMesh, Watch};
 use thiserror::Error;
 
-use crate::{Advance, Watch};
+use crate::watch::{Counter, SIMPLIFY};
 
 mod looks;
 mod nearness;
@@ -65,8 +62,8 @@ pub enum SimplifyError {
         wanted: &'static str,
     },
     /// The caller asked to stop.
-    #[error("interrupted")]
-    Interrupted,
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
     /// A viewpoint is nowhere.
     #[error("viewpoint {index} is not finite")]
     BadEye {
@@ -76,36 +73,12 @@ pub enum SimplifyError {
 }
 
 /// An edge that may be collapsed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    cost: f64,
     ends: [u32; 2],
     /// How often each end had changed by then.
     versions: [u32; 2],
 }
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.cost
-            .total_cmp(&other.cost)
-            .then(self.ends.cmp(&other.ends))
-            .then(self.versions.cmp(&other.versions))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
 
 /// A simplified mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,15 +92,15 @@ pub struct Simplified {
 
 /// Collapses edges of `mesh` down to the faces asked for, or as far as it goes, keeping what is on or near its silhouettes from
 /// `eyes`. Without eyes this is plain simplification. Colours and texture coordinates are interpolated, and seams kept as long as
-/// there is anything else to collapse. `watch` counts faces, looked at and then removed.
+/// there is anything else to collapse. The stage [`SIMPLIFY`] counts faces, looked at and then removed.
 ///
 /// # Errors
-/// When a parameter or an eye makes no sense, or `watch` ends the work.
+/// When a parameter or an eye makes no sense, or the caller asks to stop.
 pub fn simplify(
     mesh: &ClosedMesh,
     eyes: &[DVec3],
     params: &SimplifyParams,
-    watch: &mut Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Simplified, SimplifyError> {
     check(eyes, params)?;
     let bounds = mesh.bounds();
@@ -144,10 +117,7 @@ pub fn simplify(
         .faces
         .len()
         .saturating_sub(params.target_faces as usize);
-    let mut counter = Counter {
-        watch,
-        total: (looked_at + removed) as u64,
-    };
+    let mut counter = Counter::start(watch, SIMPLIFY, (looked_at + removed) as u64, 1);
     let nearness = watched_nearness(mesh, eyes, params.band_rad, &mut counter)?;
     let mut quadrics = vec![Quadric::default(); mesh.positions.len()];
     for &face in &mesh.faces {
@@ -162,7 +132,7 @@ pub fn simplify(
         keep_seams(&work, &looks, &mut quadrics);
     }
     let mut collapses = Collapses {
-        queue: BinaryHeap::new(),
+        queue: CostQueue::default(),
         deferred: Vec::new(),
         most_valence: FIRST_VALENCE,
         work,
@@ -173,7 +143,7 @@ pub fn simplify(
     let vertex_count = mesh.positions.len() as u32;
     collapses.push_all(vertex_count, &mut |v| {
         // A closed mesh has about two faces for each vertex.
-        counter.tell((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))
+        counter.tell_done((eyes.len() * mesh.faces.len()) as u64 + 2 * u64::from(v))
     })?;
     let mut stretched = 0;
     for step in 0_u32.. {
@@ -183,18 +153,19 @@ pub fn simplify(
         }
         let done = (looked_at + mesh.faces.len() - left) as u64;
         if step.is_multiple_of(STEPS_UNWATCHED) {
-            counter.tell(done)?;
+            counter.tell_done(done)?;
         }
         match collapses.step() {
             Some(by_force) => stretched += u32::from(by_force),
             // Only what tears seams is left.
             None if !collapses.is_forced && !collapses.looks.is_empty() => {
                 collapses.is_forced = true;
-                collapses.push_all(vertex_count, &mut |_| counter.tell(done))?;
+                collapses.push_all(vertex_count, &mut |_| counter.tell_done(done))?;
             }
             None => break,
         }
     }
+    counter.finish();
     let (positions, faces, left) = collapses.work.into_parts();
     let appearance = if looks.is_empty() {
         Appearance::default()
@@ -237,9 +208,9 @@ fn keep_seams(work: &Shrinking, looks: &Looks, quadrics: &mut [Quadric]) {
 
 /// A mesh while its edges are collapsed in the order of their error.
 struct Collapses<'a> {
-    queue: BinaryHeap<Reverse<Entry>>,
-    /// Edges whose vertex would have more than `most_valence` faces.
-    deferred: Vec<Entry>,
+    queue: CostQueue<Entry>,
+    /// Costs and edges whose vertex would have more than `most_valence` faces.
+    deferred: Vec<(f64, Entry)>,
     most_valence: u32,
     work: Shrinking,
     quadrics: Vec<Quadric>,
@@ -253,7 +224,7 @@ impl Collapses<'_> {
     fn push_all(
         &mut self,
         vertex_count: u32,
-        tell: &mut dyn FnMut(u32) -> Result<(), SimplifyError>,
+        tell: &mut dyn FnMut(u32) -> Result<(), Interrupted>,
     ) -> Result<(), SimplifyError> {
         for v in 0..vertex_count {
             if v.is_multiple_of(STEPS_UNWATCHED) {
@@ -275,11 +246,8 @@ impl Collapses<'_> {
             .fold(f64::INFINITY, f64::min);
         // Without a place now it may have one later, and is queued again by what changes it.
         if cost < f64::INFINITY {
-            self.queue.push(Reverse(Entry {
-                cost,
-                ends,
-                versions: ends.map(|v| self.work.version(v)),
-            }));
+            let versions = ends.map(|v| self.work.version(v));
+            self.queue.push(cost, Entry { ends, versions });
         }
     }
 
@@ -289,12 +257,12 @@ impl Collapses<'_> {
 
     /// Takes the next edge from the queue and collapses it if it can be; tells whether a seam was torn.
     fn step(&mut self) -> Option<bool> {
-        let Some(Reverse(entry)) = self.queue.pop() else {
+        let Some((cost, entry)) = self.queue.pop() else {
             if self.deferred.is_empty() {
                 return None;
             }
             self.most_valence = self.most_valence.saturating_mul(VALENCE_STEP);
-            self.queue.extend(self.deferred.drain(..).map(Reverse));
+            self.queue.extend(self.deferred.drain(..));
             return Some(false);
         };
         let (ends, [kept, _]) = (entry.ends, entry.ends);
@@ -304,7 +272,7 @@ impl Collapses<'_> {
         }
         let [a, b] = ends.map(|v| self.work.valence(v));
         if (a + b).saturating_sub(4) > self.most_valence {
-            self.deferred.push(entry);
+            self.deferred.push((cost, entry));
             return Some(false);
         }
         if !self.work.can_collapse(ends) {
@@ -350,26 +318,6 @@ const VALENCE_STEP: u32 = 4;
 
 /// Vertices looked at, or edges tried, between one call of the watcher and the next.
 const STEPS_UNWATCHED: u32 = 1024;
-
-/// Who is told how far the work is.
-struct Counter<'a, 'w> {
-    watch: &'a mut Watch<'w>,
-    total: u64,
-}
-
-impl Counter<'_, '_> {
-    fn tell(&mut self, done: u64) -> Result<(), SimplifyError> {
-        let advance = Advance {
-            done: done.min(self.total),
-            total: self.total,
-        };
-        if (self.watch)(advance) {
-            Ok(())
-        } else {
-            Err(SimplifyError::Interrupted)
-        }
-    }
-}
 
 fn check(eyes: &[DVec3], params: &SimplifyParams) -> Result<(), SimplifyError> {
     let bad = |name, value, wanted| {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use silmap_geometry::TriangleMesh;
 
 use crate::test_meshes::{bicone, bumpy_torus, cube, flat_drum, shaken_torus, torus, voxel_shape};
-use crate::{DirectedEdge, EdgeMesh, Extractor, Method, Viewpoint, silhouette_edges};
+use crate::{DirectedEdge, EdgeMesh, ExtractionMethod, Extractor, Viewpoint, silhouette_edges};
 
 /// The definition, edge by edge, with the exact predicate.
 fn by_definition(mesh: &EdgeMesh, viewpoint: &Viewpoint) -> Vec<DirectedEdge> {
@@ -33,7 +33,7 @@ fn check(mesh: &TriangleMesh, viewpoints: &[Viewpoint]) -> Result<usize, TestCas
     let edge_mesh = EdgeMesh::new(mesh).expect("the test meshes are manifold");
     let mut found = Vec::new();
     let mut most = 0;
-    for &method in Method::ALL {
+    for &method in ExtractionMethod::ALL {
         let mut extractor = Extractor::new(&edge_mesh, method);
         for viewpoint in viewpoints {
             extractor.extract(viewpoint, &mut found);

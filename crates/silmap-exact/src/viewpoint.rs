@@ -1,4 +1,4 @@
-//! Viewpoints, near or infinitely far away, and their form in single precision with a bound on its error.
+//! Finite and infinite viewpoints, and their single-precision form with an error bound.
 
 use glam::{DVec3, Vec3};
 use silmap_geometry::predicates::{direction_side_of_plane, side_of_plane};

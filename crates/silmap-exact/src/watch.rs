@@ -1,29 +1,23 @@
-//! How long work tells its caller how far it is, and how the caller stops it.
+//! Progress of long computations, counted in steps.
 
-use thiserror::Error;
+use silmap_geometry::{Interrupted, Stage, Watch};
 
-/// How far long work is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Advance {
-    /// Units of work done.
-    pub done: u64,
-    /// Units of work in all; an estimate.
-    pub total: u64,
-}
+/// Building a forest of cones, whose total is twice the mesh's edges.
+pub const SEARCH: Stage = Stage("building the search");
+/// Fitting a pose, counted in rounds.
+pub const FIT: Stage = Stage("fitting outlines");
+/// Simplifying, counted in faces looked at and then removed.
+pub const SIMPLIFY: Stage = Stage("simplifying");
 
-/// Called every few milliseconds of work; the work ends with an error soon after it says `false`.
-pub type Watch<'a> = dyn FnMut(Advance) -> bool + 'a;
-
-/// The caller ended the work.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-#[error("interrupted")]
-pub struct Stopped;
-
-/// Work that is counted in steps, of which its caller hears now and then.
-pub(crate) struct Counter<'a, 'w> {
-    watch: &'a mut Watch<'w>,
-    done: u64,
+/// How far a stage is, and how far its caller knows it to be.
+#[derive(Debug)]
+pub(crate) struct Counter<'w> {
+    watch: &'w Watch<'w>,
+    stage: Stage,
     total: u64,
+    done: u64,
+    /// What is done as the caller knows it.
+    told: u64,
     steps: u64,
     /// Steps that were taken when the caller last heard.
     heard: u64,
@@ -31,26 +25,29 @@ pub(crate) struct Counter<'a, 'w> {
     patience: u64,
 }
 
-impl<'a, 'w> Counter<'a, 'w> {
-    /// `patience` is how many steps pass before the caller hears again.
-    pub(crate) fn new(watch: &'a mut Watch<'w>, total: u64, patience: u64) -> Self {
+impl<'w> Counter<'w> {
+    /// Starts a stage. `patience` is how many steps pass before the caller hears again.
+    pub(crate) fn start(watch: &'w Watch<'w>, stage: Stage, total: u64, patience: u64) -> Self {
+        watch.start(stage, total);
         Self {
             watch,
-            done: 0,
+            stage,
             total,
+            done: 0,
+            told: 0,
             steps: 0,
             heard: 0,
             patience,
         }
     }
 
-    /// So much of the total is done.
+    /// So much more of the total is done.
     pub(crate) fn advance(&mut self, units: u64) {
         self.done += units;
     }
 
     /// Some steps were taken.
-    pub(crate) fn step(&mut self, steps: u64) -> Result<(), Stopped> {
+    pub(crate) fn step(&mut self, steps: u64) -> Result<(), Interrupted> {
         self.steps += steps;
         if self.steps - self.heard < self.patience {
             return Ok(());
@@ -59,17 +56,25 @@ impl<'a, 'w> Counter<'a, 'w> {
     }
 
     /// Lets the caller hear now.
-    pub(crate) fn tell(&mut self) -> Result<(), Stopped> {
+    pub(crate) fn tell(&mut self) -> Result<(), Interrupted> {
         self.heard = self.steps;
-        let advance = Advance {
-            done: self.done.min(self.total),
-            total: self.total,
-        };
-        if (self.watch)(advance) {
-            Ok(())
-        } else {
-            Err(Stopped)
+        let done = self.done.min(self.total);
+        if done > self.told {
+            self.watch.advance(self.stage, done - self.told);
+            self.told = done;
         }
+        self.watch.check()
+    }
+
+    /// So much of the total is done in all: lets the caller hear.
+    pub(crate) fn tell_done(&mut self, done: u64) -> Result<(), Interrupted> {
+        self.done = done;
+        self.tell()
+    }
+
+    /// Ends the stage.
+    pub(crate) fn finish(self) {
+        self.watch.finish(self.stage);
     }
 
     /// All steps that were taken.
@@ -79,7 +84,21 @@ impl<'a, 'w> Counter<'a, 'w> {
     }
 }
 
-/// A watch for work that nobody stops.
-pub(crate) fn unwatched(_: Advance) -> bool {
-    true
+/// What `work` tells of itself, if it is asked to stop when it has told this many things.
+#[cfg(test)]
+pub(crate) fn heard(
+    last: usize,
+    work: impl FnOnce(&Watch<'_>),
+) -> Vec<silmap_geometry::StageEvent> {
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    let (events, stop) = (Mutex::new(Vec::new()), AtomicBool::new(false));
+    let listen = |event| {
+        let mut events = events.lock().expect("nobody panics with it");
+        events.push(event);
+        stop.store(events.len() >= last, Ordering::Relaxed);
+    };
+    work(&Watch::new(&listen, &stop));
+    events.into_inner().expect("nobody panics with it")
 }

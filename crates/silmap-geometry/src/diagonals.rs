@@ -1,4 +1,4 @@
-//! Moving the diagonals of polygons that were cut into triangles.
+//! Moving the diagonals of triangulated polygons.
 //!
 //! Polygons are cut one by one, and a diagonal of one may join two vertices that an edge, or another polygon's diagonal, joins
 //! already: a surface that is closed as polygons then has edges with four faces. Such a diagonal is turned to the other two
@@ -89,16 +89,19 @@ impl Edges {
         self.faces_at.get(&edge).map_or(&[], Vec::as_slice)
     }
 
-    /// The two faces of one polygon at an edge that walk it in both directions: the edge is that polygon's diagonal.
+    /// The two faces of one polygon at an edge that walk it in both directions: the edge is that polygon's diagonal. A polygon
+    /// that touches itself may have several there; no face is in two pairs.
     fn diagonals(&self, mesh: &TriangleMesh, polygon_of: &[u32], edge: [u32; 2]) -> Vec<[u32; 2]> {
-        let faces = self.faces(edge);
+        let mut single: Vec<u32> = Vec::new();
         let mut pairs = Vec::new();
-        for (i, &f) in faces.iter().enumerate() {
-            for &g in &faces[i + 1..] {
-                let is_same = polygon_of[f as usize] == polygon_of[g as usize];
-                if is_same && walks(mesh, f, edge) != walks(mesh, g, edge) {
-                    pairs.push([f, g]);
-                }
+        for &g in self.faces(edge) {
+            let is_other_side = |&f: &u32| {
+                polygon_of[f as usize] == polygon_of[g as usize]
+                    && walks(mesh, f, edge) != walks(mesh, g, edge)
+            };
+            match single.iter().position(is_other_side) {
+                Some(at) => pairs.push([single.remove(at), g]),
+                None => single.push(g),
             }
         }
         pairs
@@ -322,6 +325,37 @@ mod tests {
             (polygon_of.len(), vertex_of.len()),
             (mesh.faces.len(), mesh.positions.len())
         );
+    }
+
+    #[test]
+    fn a_polygon_that_walks_an_edge_there_and_back_twice_is_counted_once() {
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+        ];
+        let mut mesh = TriangleMesh {
+            positions: corners.map(DVec3::from).to_vec(),
+            faces: vec![[0, 1, 2], [1, 0, 3], [0, 1, 3], [1, 0, 2]],
+            ..TriangleMesh::default()
+        };
+        let mut polygon_of = vec![0; 4];
+        let edges = Edges::of(&mesh);
+        assert_eq!(
+            edges.diagonals(&mesh, &polygon_of, [0, 1]),
+            [[0, 1], [2, 3]]
+        );
+        assert_eq!(edges.polygons_at(&mesh, &polygon_of, [0, 1]), 0);
+        let mut vertex_of: Vec<u32> = (0..4).collect();
+        separate_diagonals(&mut mesh, &mut polygon_of, &mut vertex_of);
+        assert!(!has_crowded_edges(&mesh), "{:?}", mesh.faces);
+        // A third face on one side is the polygon's own.
+        let third = TriangleMesh {
+            faces: vec![[0, 1, 2], [1, 0, 3], [0, 1, 3]],
+            ..mesh
+        };
+        assert_eq!(Edges::of(&third).polygons_at(&third, &[0; 3], [0, 1]), 1);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The words everything in silmap is said in: meshes, cameras, masks and polygons.
+//! Geometry that all of silmap shares: meshes, cameras, masks and polygons.
 //!
 //! No graphics device, no threads and no file paths live here, and everything builds for `wasm32`. Lengths are in the
 //! model's own units and frame ("object space"), angles in radians, image coordinates in pixels with (0,0) at the
@@ -18,9 +18,12 @@ pub mod mesh;
 mod mesh_edit;
 pub mod polygon;
 pub mod predicates;
+mod queue;
+pub mod raster;
 pub mod repair;
 pub mod topology;
 pub mod triangulate;
+pub mod watch;
 
 pub use bvh::{Bvh, Hit};
 pub use camera::{Camera, CameraError, CoverageRule};
@@ -30,4 +33,6 @@ pub use hidden_parts::{HiddenParts, without_hidden_parts};
 pub use mask::Mask;
 pub use mesh::{Appearance, Bounds, ColourImage, Material, TextureWrap, TriangleMesh};
 pub use polygon::Loop;
+pub use queue::CostQueue;
 pub use topology::Topology;
+pub use watch::{Interrupted, Stage, StageEvent, Watch};

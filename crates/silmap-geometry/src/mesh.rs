@@ -1,4 +1,4 @@
-//! Triangle meshes and what they look like.
+//! Triangle meshes and their appearance.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! Changing the faces of a mesh without losing their colours.
+//! Editing faces together with their colours and texture coordinates.
 
 use crate::mesh::TriangleMesh;
 

@@ -1,4 +1,4 @@
-//! Exact geometric predicates: the only place where signs that must be right are decided.
+//! Exact geometric predicates.
 //!
 //! Source: J. R. Shewchuk. Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates. Discrete
 //! & Computational Geometry 18, 1997; through the crate `robust`, and for points at infinity here.

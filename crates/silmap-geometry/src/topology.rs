@@ -1,4 +1,4 @@
-//! Which faces meet at which edge and vertex.
+//! Mesh connectivity: the faces at each edge and vertex.
 //!
 //! Built from the faces alone, for any index soup (no promise of manifoldness): unique undirected edges with every face
 //! that uses them, the edges of every face, and the faces around every vertex, all in flat arrays. Nothing here depends

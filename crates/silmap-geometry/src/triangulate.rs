@@ -1,4 +1,4 @@
-//! Cutting polygons in space into triangles.
+//! Triangulation of polygons in space.
 //!
 //! Ear cutting that always returns exactly `n − 2` triangles and uses every corner, also for corners on a straight line:
 //! a cutter that drops those would tear the mesh open against the neighbouring polygon. Among the ears it prefers the
@@ -11,12 +11,10 @@
 
 mod remaining;
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use glam::{DVec2, DVec3};
 
 use self::remaining::Remaining;
+use crate::queue::CostQueue;
 
 /// A corner turns if the sine of its angle exceeds this: below, three points count as being on a line.
 const STRAIGHT_SINE: f64 = 1e-12;
@@ -92,10 +90,10 @@ struct Cutter<'a> {
     previous: Vec<usize>,
     next: Vec<usize>,
     remaining: Remaining<'a>,
-    /// Of each corner how good it is to cut it, as a number that sorts in the same way.
-    rank: Vec<u64>,
-    /// Ranks and corners, best last; some are out of date.
-    heap: BinaryHeap<(u64, Reverse<usize>)>,
+    /// Of each corner how bad it is to cut it.
+    cost: Vec<f64>,
+    /// Corners by their cost; some are out of date.
+    queue: CostQueue<usize>,
 }
 
 impl<'a> Cutter<'a> {
@@ -106,8 +104,8 @@ impl<'a> Cutter<'a> {
             previous: (0..n).map(|i| (i + n - 1) % n).collect(),
             next: (0..n).map(|i| (i + 1) % n).collect(),
             remaining: Remaining::new(points),
-            rank: vec![0; n],
-            heap: BinaryHeap::with_capacity(3 * n),
+            cost: vec![0.0; n],
+            queue: CostQueue::with_capacity(3 * n),
         };
         for corner in 0..n {
             cutter.judge(corner);
@@ -119,8 +117,8 @@ impl<'a> Cutter<'a> {
         let n = self.points.len();
         let mut triangles = Vec::with_capacity(n - 2);
         while triangles.len() < n - 2 {
-            let (rank, Reverse(best)) = self.heap.pop().expect("more than two corners are left");
-            if !self.remaining.has(best) || self.rank[best] != rank {
+            let (cost, best) = self.queue.pop().expect("more than two corners are left");
+            if !self.remaining.has(best) || self.cost[best].to_bits() != cost.to_bits() {
                 continue;
             }
             let (before, after) = (self.previous[best], self.next[best]);
@@ -137,19 +135,9 @@ impl<'a> Cutter<'a> {
     /// Finds out how good it is to cut a corner now.
     fn judge(&mut self, corner: usize) {
         let places = [self.previous[corner], corner, self.next[corner]].map(|i| self.points[i]);
-        let rank = rank_of(ear_score(places, &mut self.remaining));
-        self.rank[corner] = rank;
-        self.heap.push((rank, Reverse(corner)));
-    }
-}
-
-/// A number that is larger for a larger score.
-fn rank_of(score: f64) -> u64 {
-    let bits = score.to_bits();
-    if bits >> 63 == 0 {
-        bits | 1 << 63
-    } else {
-        !bits
+        let cost = -ear_score(places, &mut self.remaining);
+        self.cost[corner] = cost;
+        self.queue.push(cost, corner);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Cutting a mesh into pieces that fit the device's buffers.
+//! Splitting a mesh into chunks that fit the device's buffers.
 
 /// A piece of a mesh with its own small numbering of vertices.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Bringing a texture back to memory: the one place where it is done.
+//! Reading a texture back to memory.
 //!
 //! Rows in a copy buffer are padded to the device's alignment. [`Readback::start`] records the copy and may be called for
 //! several textures before the first is awaited, so that the device never idles; natively [`PendingRead::wait`] blocks,

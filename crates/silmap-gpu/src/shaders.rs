@@ -28,10 +28,10 @@ impl Shader {
     }
 }
 
-const VIEW: &str = include_str!("../../../shaders/shared/view.wgsl");
-const SCREEN: &str = include_str!("../../../shaders/shared/screen.wgsl");
-const HULL: &str = include_str!("../../../shaders/shared/hull.wgsl");
-const SOUP: &str = include_str!("../../../shaders/shared/soup.wgsl");
+const VIEW: &str = include_str!("../shaders/shared/view.wgsl");
+const SCREEN: &str = include_str!("../shaders/shared/screen.wgsl");
+const HULL: &str = include_str!("../shaders/shared/hull.wgsl");
+const SOUP: &str = include_str!("../shaders/shared/soup.wgsl");
 
 macro_rules! shaders {
     ($($(#[$doc:meta])* $constant:ident = $name:literal after [$($part:ident),*];)*) => {
@@ -39,7 +39,7 @@ macro_rules! shaders {
             $(#[$doc])*
             pub const $constant: Shader = Shader {
                 name: $name,
-                parts: &[$($part,)* include_str!(concat!("../../../shaders/", $name, ".wgsl"))],
+                parts: &[$($part,)* include_str!(concat!("../shaders/", $name, ".wgsl"))],
                 web: true,
             };
         )*

@@ -1,4 +1,4 @@
-//! How long the device works on a frame, by its own clock.
+//! Device time of a frame, by timestamp queries.
 
 use crate::{Gpu, GpuError, wait_for};
 

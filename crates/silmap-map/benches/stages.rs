@@ -17,10 +17,9 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CoverageRule};
-use silmap_map::stages::Stages;
 use silmap_map::{
-    CapturedView, FlatLoops, Interpolation, Method, Polytope, Scratch, SilhouetteMap, ViewContour,
-    outline,
+    CapturedView, DeepLoops, FlatLoops, Interpolation, MapReader, Method, PairInterpolator,
+    Polytope, RectifiedPair, RegionIntersection, SilhouetteMap, TriangleInterpolator, ViewContour,
 };
 
 /// Vertices of every contour of a map.
@@ -247,26 +246,29 @@ fn steps(c: &mut Criterion) {
     let maps = SIZES.map(|n| (n, map(n)));
     let mut growth = Growth::new(c, "prepare an edge");
     for (n, map) in &maps {
-        let mut stages = Stages::default();
+        let (mut pair, mut captured) = <(RectifiedPair, [DeepLoops; 2])>::default();
         let [a, b, _] = map.triangles[0];
         growth.measure(*n, || {
-            let is_done = stages.prepare_edge(black_box(map), [a, b]);
-            assert!(is_done, "the views can be rectified");
+            let frame = pair.assign_views(black_box(map), [a, b], 0, &mut captured);
+            assert!(frame.is_some(), "the views can be rectified");
         });
     }
     growth.finish(None);
     for method in Method::ALL {
         let mut growth = Growth::new(c, &format!("one step, {}", method.name()));
         for (n, map) in &maps {
-            let mut stages = Stages::default();
+            let (mut pair, mut captured) = <(RectifiedPair, [DeepLoops; 2])>::default();
+            let (mut interpolator, mut seen) = <(PairInterpolator, DeepLoops)>::default();
             let [a, b, _] = map.triangles[0];
-            stages.prepare_edge(map, [a, b]);
+            let frame = pair.assign_views(map, [a, b], 0, &mut captured);
+            assert!(frame.is_some(), "the views can be rectified");
             let mut step = 0_u32;
             growth.measure(*n, || {
                 step += 1;
                 let alpha = 0.1 + 0.8 * (f64::from(step) * 0.618).fract();
-                let vertices = stages.linear_step(map, black_box(alpha), method);
-                assert!(vertices > 0, "there is an outline");
+                let silhouettes = &mut pair.silhouettes;
+                interpolator.interpolate(silhouettes, black_box(alpha), method, &mut seen);
+                assert!(!seen.is_empty(), "there is an outline");
             });
         }
         growth.finish(None);
@@ -277,20 +279,19 @@ fn intersecting(c: &mut Criterion) {
     let mut growth = Growth::new(c, "intersect three orders");
     for n in SIZES {
         let map = map(n);
-        let mut scratch = Scratch::new(&map).expect("the map is whole");
-        let seen = outline(&map, &walk(40), Method::Hull, &mut scratch).expect("the map is whole");
-        let mut regions = [(); 3].map(|()| FlatLoops::default());
-        for (region, loops) in regions.iter_mut().zip(&seen.layers) {
-            for points in loops {
-                points.iter().for_each(|p| region.push(*p));
-                region.close();
-            }
-        }
-        let [one, two, three] = &regions;
-        let mut stages = Stages::default();
+        let polytope = Polytope::new(&map).expect("the polytope is star-shaped");
+        let camera = walk(40);
+        let at = polytope.locate(camera.eye, 0).expect("the eye is outside");
+        let ids = map.triangles[at.triangle as usize];
+        let mut triangle = TriangleInterpolator::default();
+        let regions = triangle.interpolate_regions(&map, ids, &at, &camera, Method::Hull.into());
+        let [one, two, three] = regions.expect("the views can be rectified") else {
+            panic!("three orders give three regions");
+        };
+        let (mut intersection, mut shared) = <(RegionIntersection, FlatLoops)>::default();
         growth.measure(n, || {
-            let vertices = stages.intersect(black_box([one, two, three]));
-            assert!(vertices > 0, "there is an outline");
+            intersection.intersect(black_box([one, two, three]), &mut shared);
+            assert!(!shared.is_empty(), "there is an outline");
         });
     }
     growth.finish(None);
@@ -301,12 +302,12 @@ fn outlines(c: &mut Criterion) {
     for method in Method::ALL {
         let mut growth = Growth::new(c, &format!("contour, {}", method.name()));
         for (n, map) in &maps {
-            let mut scratch = Scratch::new(map).expect("the map is whole");
+            let mut reader = MapReader::new(map).expect("the map is whole");
             let mut step = 0;
             growth.measure(*n, || {
                 step += 1;
                 let how = Interpolation::from(method);
-                let location = scratch.interpolate(map, black_box(&walk(step)), how);
+                let location = reader.interpolate(map, black_box(&walk(step)), how);
                 black_box(location.expect("the views can be rectified"));
             });
         }

@@ -4,40 +4,37 @@
 //! 1999, sections 4 and 5.
 
 pub mod asset;
-mod chains;
-mod clique;
-mod connect;
-mod cover;
 pub mod epipolar;
-mod follow;
-mod interpolate;
-mod intersect;
-mod linear;
+mod interpolation;
+mod levels;
+mod locate;
 mod loops;
-mod method;
-mod outline;
+mod off_polytope;
+mod pair_cache;
 pub mod polytope;
 mod project;
-mod rectified;
-mod rows;
-mod sectors;
-mod side;
+mod reader;
+mod rule;
 pub mod silhouette_map;
-mod span;
-#[doc(hidden)]
-pub mod stages;
+mod sweep;
 mod tidy;
-mod tight;
-mod wedges;
-mod within;
+mod triangle;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
     EncodedImage, Placement, TextureSet, TextureView,
 };
-pub use interpolate::TriangleInterpolator;
-pub use loops::{FlatLoops, Loops};
-pub use method::{DETAIL_BOUND_PX, Detail, Interpolation, Method, Transfer};
-pub use outline::{InterpolateError, Outline, Scratch, outline};
-pub use polytope::{Location, Polytope, PolytopeError};
+pub use interpolation::{InterpolateError, Interpolation, Transfer};
+pub use levels::{DETAIL_BOUND_PX, Detail};
+pub use locate::Location;
+pub use loops::{DeepLoops, FlatLoops, Loops};
+pub use pair_cache::RectifiedPair;
+
+pub use polytope::{Polytope, PolytopeError};
+pub use reader::{MapReader, Outline, outline};
+pub use rule::PairInterpolator;
+pub use rule::method::Method;
+pub use rule::prepared_pair::PreparedPair;
 pub use silhouette_map::{BoundingSphere, CapturedView, SilhouetteMap, ViewContour};
+pub use sweep::intersection::RegionIntersection;
+pub use triangle::TriangleInterpolator;

@@ -15,7 +15,7 @@ pub type FlatLoops = Loops<DVec2>;
 
 /// Loops in an image. The third coordinate is the inverse depth of the point that is seen there; the fourth is how fast that point's
 /// depth changes per unit of the way along the pair of views it was interpolated between, zero where that is not known.
-pub(crate) type DeepLoops = Loops<DVec4>;
+pub type DeepLoops = Loops<DVec4>;
 
 impl<P> Default for Loops<P> {
     fn default() -> Self {

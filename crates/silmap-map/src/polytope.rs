@@ -1,7 +1,4 @@
-//! Which triangle of the star-shaped polytope faces an eye (section 4).
-//!
-//! Source: Silhouette Mapping, section 4: the segment from the center through the eye, or its backward extension, meets
-//! exactly one triangle; it is tracked by searching the neighbourhood of the previous one.
+//! The star-shaped polytope whose vertices are the viewpoints (section 4).
 
 use glam::DVec3;
 use thiserror::Error;
@@ -38,30 +35,19 @@ pub enum PolytopeError {
     },
 }
 
-/// Where a ray from the center meets the polytope.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Location {
-    /// Index of the triangle.
-    pub triangle: u32,
-    /// Weights of its three views, non-negative, sum 1.
-    pub barycentric: [f64; 3],
-    /// The point p_t on the triangle, object space.
-    pub point: DVec3,
-}
-
 /// The polytope prepared for walking.
 #[derive(Clone, Debug)]
 pub struct Polytope {
-    center: DVec3,
+    pub(crate) center: DVec3,
     /// Eyes relative to the center.
-    arms: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    pub(crate) arms: Vec<DVec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Triangle across the edge opposite to corner k.
-    neighbours: Vec<[u32; 3]>,
+    pub(crate) neighbours: Vec<[u32; 3]>,
 }
 
 /// Six times the volume of the tetrahedron over the origin.
-fn det(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+pub(crate) fn det(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     a.dot(b.cross(c))
 }
 
@@ -130,63 +116,6 @@ impl Polytope {
             arms,
             triangles,
             neighbours,
-        })
-    }
-
-    /// Finds the triangle that faces `eye`, walking from triangle `start`; `None` when the eye is the center itself.
-    #[must_use]
-    pub fn locate(&self, eye: DVec3, start: u32) -> Option<Location> {
-        let direction = (eye - self.center).try_normalize()?;
-        let mut triangle = if (start as usize) < self.triangles.len() {
-            start
-        } else {
-            0
-        };
-        // A walk visits each triangle at most once on a star-shaped polytope, up to ties; past that, look at all.
-        for _ in 0..self.triangles.len() {
-            let signs = self.signs(triangle, direction);
-            let worst = (0..3)
-                .min_by(|&i, &j| signs[i].total_cmp(&signs[j]))
-                .unwrap_or(0);
-            if signs[worst] >= 0.0 {
-                return self.location(triangle, direction);
-            }
-            triangle = self.neighbours[triangle as usize][worst];
-        }
-        let inside = |t: &u32| {
-            self.signs(*t, direction)
-                .iter()
-                .copied()
-                .fold(f64::INFINITY, f64::min)
-        };
-        let best =
-            (0..self.triangles.len() as u32).max_by(|a, b| inside(a).total_cmp(&inside(b)))?;
-        self.location(best, direction)
-    }
-
-    /// For each corner: the volume over the opposite edge and `direction`; all are non-negative inside the cone.
-    fn signs(&self, triangle: u32, direction: DVec3) -> [f64; 3] {
-        let [a, b, c] = self.triangles[triangle as usize].map(|v| self.arms[v as usize]);
-        [
-            det(direction, b, c),
-            det(direction, c, a),
-            det(direction, a, b),
-        ]
-    }
-
-    fn location(&self, triangle: u32, direction: DVec3) -> Option<Location> {
-        let weights = self.signs(triangle, direction).map(|s| s.max(0.0));
-        let sum: f64 = weights.iter().sum();
-        if sum <= 0.0 || sum.is_nan() {
-            return None;
-        }
-        let barycentric = weights.map(|w| w / sum);
-        let corners = self.triangles[triangle as usize].map(|v| self.arms[v as usize]);
-        let arm = (0..3).map(|k| corners[k] * barycentric[k]).sum::<DVec3>();
-        Some(Location {
-            triangle,
-            barycentric,
-            point: self.center + arm,
         })
     }
 }

@@ -1,12 +1,8 @@
-//! What an interpolated outline has that no view shows: hairs, slits and crumbs.
+//! Leaving out the crumbs of an outline: small pieces that no view shows.
 //!
-//! Where one part of the object begins to hide another between two views, contours are known to their tolerance only, and what
-//! is interpolated there may stick out, or be cut in, by a line thinner than that; and small pieces may come off. A line is cut
-//! off where it is thinner than contours are precise, and a small piece left out where no view has as many.
-//!
-//! Source: beyond the paper, whose cliques bring the same.
+//! Source: beyond the paper. Between two views, where one part of the object begins to hide another, small pieces may come off.
 
-use glam::{DVec2, DVec4, Vec4Swizzles};
+use glam::DVec2;
 use silmap_geometry::Loop;
 use silmap_geometry::polygon::signed_area;
 
@@ -16,41 +12,20 @@ use crate::loops::FlatLoops;
 /// Crumbs are smaller than this share of the outline's area.
 const CRUMB_AREA_REL: f64 = 1e-3;
 
-/// Hairs turn back at their tip by at least as much as 4 along turns 1 across.
-const HAIR_LENGTH_TO_WIDTH: f64 = 4.0;
+/// Loops of a smaller area, in square pixels, are specks that thinned-out sides leave where they cross.
+const SPECK_PX2: f64 = 0.05;
 
-/// Cuts hairs and slits narrower than `width` off the loop that begins at `first` and is the last in `points`.
-pub(crate) fn cut_hairs(points: &mut Vec<DVec4>, first: usize, width: f64) {
-    let is_hair = |a: DVec4, tip: DVec4, b: DVec4| is_hair(a.xy(), tip.xy(), b.xy(), width);
-    let mut end = first;
-    for k in first..points.len() {
-        points[end] = points[k];
-        end += 1;
-        while end >= first + 3 && is_hair(points[end - 3], points[end - 2], points[end - 1]) {
-            points[end - 2] = points[end - 1];
-            end -= 1;
-        }
-    }
-    points.truncate(end);
-    // Where the loop begins makes no difference.
-    while let [start, second, .., before, tip] = points[first..] {
-        if is_hair(before, tip, start) {
-            points.pop();
-        } else if is_hair(tip, start, second) {
-            points.remove(first);
-        } else {
-            return;
-        }
-    }
+/// Whether a loop, in pixels, is too small to be more than a trace of where sides cross.
+pub(crate) fn is_speck(points: &[DVec2]) -> bool {
+    double_area(points).abs() <= 2.0 * SPECK_PX2
 }
 
-/// Whether the line from `a` over `tip` to `b` turns back so sharply that less than `width` is between its two ways.
-fn is_hair(a: DVec2, tip: DVec2, b: DVec2, width: f64) -> bool {
-    let (there, back) = (a - tip, b - tip);
-    let across = there.perp_dot(back).abs();
-    // The end of the shorter way is near the longer way.
-    let longer = there.length_squared().max(back.length_squared());
-    HAIR_LENGTH_TO_WIDTH * across < there.dot(back) && across * across < width * width * longer
+fn double_area(points: &[DVec2]) -> f64 {
+    let Some(&last) = points.last() else {
+        return 0.0;
+    };
+    let steps = std::iter::once(&last).chain(points).zip(points);
+    steps.map(|(a, b)| a.perp_dot(*b)).sum()
 }
 
 /// How many loops of each kind there are.
@@ -128,56 +103,6 @@ impl CrumbScratch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    fn points(coordinates: &[(f64, f64)]) -> Vec<DVec4> {
-        let point = |&(x, y): &(f64, f64)| DVec4::new(x, y, 1.0, 0.0);
-        coordinates.iter().map(point).collect()
-    }
-
-    proptest! {
-        /// Wherever the loop begins, a hair and a slit go, and nothing else.
-        #[test]
-        fn hairs_and_slits_are_cut(start in 0..12_usize, width in prop::sample::select(vec![0.05, 0.15, 0.5])) {
-            let whole = [
-                (0.0, 0.0),
-                (4.0, 0.0),
-                (4.1, -9.0),
-                (4.2, 0.0),
-                (10.0, 0.0),
-                (10.0, 10.0),
-                (6.0, 10.0),
-                (5.95, 3.0),
-                (5.9, 10.0),
-                (0.0, 10.0),
-                (-3.0, 9.0),
-                (0.0, 8.0),
-            ];
-            let mut loop_of = points(&whole);
-            loop_of.rotate_left(start);
-            let before = loop_of.len();
-            cut_hairs(&mut loop_of, 0, width);
-            let has = |p: (f64, f64)| loop_of.iter().any(|q| q.x == p.0 && q.y == p.1);
-            // The hair is 0.2 wide, the slit 0.1.
-            prop_assert_eq!(has(whole[2]), width < 0.2);
-            prop_assert_eq!(has(whole[7]), width < 0.1);
-            prop_assert!([0, 4, 5, 10].iter().all(|&k| has(whole[k])), "real corners stay");
-            prop_assert!(loop_of.len() + 4 >= before);
-        }
-    }
-
-    #[test]
-    fn a_loop_that_is_all_hair_keeps_two_points_at_most() {
-        let mut before = points(&[(7.0, 7.0)]);
-        before.extend(points(&[
-            (0.0, 0.0),
-            (5.0, 0.001),
-            (9.0, 0.0),
-            (3.0, 0.002),
-        ]));
-        cut_hairs(&mut before, 1, 0.1);
-        assert!(before.len() <= 4 && before[0].x == 7.0);
-    }
 
     fn square(x: f64, side: f64, is_outer: bool) -> Vec<DVec2> {
         let mut corners: Vec<DVec2> = [(x, 0.0), (x + side, 0.0), (x + side, side), (x, side)]

@@ -5,13 +5,13 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Method as Extraction};
+use silmap_exact::{EdgeMesh, ExtractionMethod};
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::asset::AssetSizes;
-use silmap_map::{Asset, Interpolation, Method, Scratch};
-use silmap_preprocess::Monitor;
+use silmap_map::{Asset, Interpolation, MapReader, Method};
 use silmap_runtime::{Antialias, FrameParams, Mode};
 
 use crate::MeasureError;
@@ -43,9 +43,9 @@ pub struct Bench<'a> {
     /// Instances drawn in a frame.
     pub instances: usize,
     /// Methods of extraction to time.
-    pub extractions: Vec<Extraction>,
+    pub extractions: Vec<ExtractionMethod>,
     /// Asked now and then whether to stop.
-    pub monitor: &'a Monitor<'a>,
+    pub monitor: &'a Watch<'a>,
 }
 
 /// Frames that take long are drawn for this many seconds alone: the row says how many there were.
@@ -107,7 +107,7 @@ impl Bench<'_> {
     fn time_contours(&self, truths: &[Truth]) -> Result<Vec<Row>, MeasureError> {
         let mut rows = Vec::new();
         let map = &self.asset.map;
-        let mut scratch = Scratch::new(map)?;
+        let mut scratch = MapReader::new(map)?;
         for method in Method::all_for(map) {
             let mut times = Vec::new();
             // The first round fills buffers that a frame finds warm.

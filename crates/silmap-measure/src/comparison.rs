@@ -2,12 +2,12 @@
 //! they find, and interpolation at the same viewpoints.
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Method as Extraction, Viewpoint, walk_around};
+use silmap_exact::{EdgeMesh, ExtractionMethod, Viewpoint, walk_around};
+use silmap_geometry::Watch;
 use silmap_geometry::{Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
+use silmap_hull::{self as hull, HullParams};
 use silmap_map::{Asset, Method, asset};
-use silmap_preprocess::Monitor;
-use silmap_preprocess::hull::{self, HullParams};
 
 use crate::bench::{Bench, FrameTimes, Row, Search, SearchTimes};
 use crate::{MeasureError, subdivide};
@@ -48,7 +48,7 @@ pub fn compare(
     bytes: &[u8],
     model: &ClosedMesh,
     gpu: Option<&Gpu>,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Comparison, MeasureError> {
     let meshes = resolutions(model, monitor)?;
     let (center, radius) = (asset.map.center, asset.map.radius);
@@ -82,7 +82,7 @@ pub fn compare(
             methods: Vec::new(),
         };
         let mut quick = Vec::new();
-        for &method in Extraction::ALL {
+        for &method in ExtractionMethod::ALL {
             let mut search = Search::new(edge_mesh, method, monitor)?;
             let (on_walk, on_all_sides) = (
                 search.time(&walk, monitor)?,
@@ -165,10 +165,7 @@ fn frame_times(
 }
 
 /// Coarser hulls of the model, and the model.
-fn resolutions(
-    model: &ClosedMesh,
-    monitor: &Monitor<'_>,
-) -> Result<Vec<TriangleMesh>, MeasureError> {
+fn resolutions(model: &ClosedMesh, monitor: &Watch<'_>) -> Result<Vec<TriangleMesh>, MeasureError> {
     let most = (LARGEST_SHARE * model.mesh().faces.len() as f64) as usize;
     let params = HullParams {
         target_faces: LEVEL_FACES[0] as u32,

@@ -4,10 +4,10 @@ use std::error::Error;
 
 use silmap_exact::{ChainError, EdgeMeshError, OutlineError};
 use silmap_geometry::CameraError;
+use silmap_geometry::Interrupted;
 use silmap_gpu::GpuError;
+use silmap_hull::HullError;
 use silmap_map::{AssetError, InterpolateError, PolytopeError};
-use silmap_preprocess::Interrupted;
-use silmap_preprocess::hull::HullError;
 use silmap_preprocess::pipeline::BuildError;
 use silmap_runtime::RenderError;
 use thiserror::Error;

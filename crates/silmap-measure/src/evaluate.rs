@@ -10,14 +10,17 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
+use silmap_geometry::{Interrupted, Stage, Watch};
 use silmap_map::{
-    Detail, InterpolateError, Interpolation, Method, Polytope, PolytopeError, Scratch,
+    Detail, InterpolateError, Interpolation, MapReader, Method, Polytope, PolytopeError,
     SilhouetteMap, Transfer,
 };
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, spiral_directions};
-use silmap_preprocess::{Interrupted, Monitor, Stage};
 use thiserror::Error;
+
+/// Measuring errors; the units are viewpoints.
+pub const EVALUATE: Stage = Stage("measuring errors");
 
 /// Where the test viewpoints lie, along random directions from the center.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -201,7 +204,7 @@ pub fn evaluate(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &EvaluateParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
     let eyes = viewpoints(map, params)?;
     evaluate_at(&eyes, map, model, params, monitor)
@@ -216,13 +219,13 @@ pub fn evaluate_at(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &EvaluateParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
     if eyes.is_empty() || params.methods.is_empty() {
         return Err(EvaluateError::Nothing);
     }
-    let prepared = Scratch::new(map)?;
-    monitor.start(Stage::Evaluate, eyes.len() as u64);
+    let prepared = MapReader::new(map)?;
+    monitor.start(EVALUATE, eyes.len() as u64);
     let per_eye: Vec<Vec<ViewpointError>> = eyes
         .par_iter()
         .map_init(
@@ -247,12 +250,12 @@ pub fn evaluate_at(
                         inside_px: seen.truth.count(),
                     });
                 }
-                monitor.advance(Stage::Evaluate, 1);
+                monitor.advance(EVALUATE, 1);
                 Ok(errors)
             },
         )
         .collect::<Result<_, EvaluateError>>()?;
-    monitor.finish(Stage::Evaluate);
+    monitor.finish(EVALUATE);
     Ok(per_eye.into_iter().flatten().collect())
 }
 
@@ -291,7 +294,7 @@ impl Comparison {
         &self,
         map: &SilhouetteMap,
         how: Interpolation,
-        scratch: &mut Scratch,
+        scratch: &mut MapReader,
     ) -> Result<Mask, InterpolateError> {
         let outline = silmap_map::outline(map, &self.camera, how, scratch)?;
         let mut predicted = Mask::new(self.camera.width_px, self.camera.height_px);

@@ -1,16 +1,15 @@
-//! The exact silhouette of a model as a region that a frame is clipped to: here extraction and drawing meet, which do not
-//! know of each other.
+//! The exact silhouette of a model as a clip region of a frame.
 
 use silmap_exact::{DirectedEdge, FanReport, Outliner, chain_loops, decompose_loops, image_loops};
 use silmap_geometry::{Camera, Loop, TriangleMesh};
-use silmap_runtime::{ClipShape, FanApex, FillRule};
+use silmap_runtime::{ClipShape, FanApex};
 
 use crate::MeasureError;
 
 /// The exact silhouette in an image.
 #[derive(Clone, Debug)]
 pub struct ExactShape {
-    layers: [Vec<Loop>; 1],
+    loops: Vec<Loop>,
     outline: Vec<Loop>,
     fans: FanReport,
 }
@@ -28,14 +27,14 @@ impl ExactShape {
         with_outline: bool,
     ) -> Result<Self, MeasureError> {
         let loops = image_loops(&chain_loops(edges)?, &mesh.positions, camera)?;
-        let (layer, fans) = decompose_loops(&loops);
+        let (loops, fans) = decompose_loops(&loops);
         let outline = if with_outline {
             Outliner::new(&mesh.positions).outline(edges, camera)?
         } else {
             Vec::new()
         };
         Ok(Self {
-            layers: [layer],
+            loops,
             outline,
             fans,
         })
@@ -45,9 +44,8 @@ impl ExactShape {
     #[must_use]
     pub fn clip_shape(&self) -> ClipShape<'_> {
         ClipShape {
-            rule: FillRule::NonZero,
             apex: FanApex::Centroid,
-            layers: &self.layers,
+            loops: &self.loops,
             outline: &self.outline,
         }
     }

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::{Bounds, Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_map::{Asset, Interpolation, Method, Scratch, SilhouetteMap, Transfer, asset};
-use silmap_preprocess::Monitor;
+use silmap_map::{Asset, Interpolation, MapReader, Method, SilhouetteMap, Transfer, asset};
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::triangulate_view_sphere;
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
@@ -100,7 +100,7 @@ pub fn measure(
     bytes: &[u8],
     model: &ClosedMesh,
     (params, gpu): (&MeasureParams, Option<&Gpu>),
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Measured, MeasureError> {
     let started = Instant::now();
     let map = &asset.map;
@@ -142,7 +142,7 @@ pub fn measure(
 fn curve_of_even_views(
     asset: &Asset,
     model: &ClosedMesh,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Option<Vec<(u32, f64)>>, MeasureError> {
     let record = &asset.record;
     let curve = if record.uniform_curve.is_empty() {
@@ -172,7 +172,7 @@ fn place_errors(
     model: &TriangleMesh,
     (place, description): (Place, &str),
     params: &MeasureParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<PlaceErrors, EvaluateError> {
     let params = EvaluateParams {
         place,
@@ -230,7 +230,7 @@ fn direction_errors(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &MeasureParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<DirectionErrors>, EvaluateError> {
     let eyes = spread_viewpoints(map, params.directions)?;
     let errors = evaluate_at(&eyes, map, model, &evaluate_params(map, params), monitor)?;
@@ -259,9 +259,9 @@ fn worst_views(
     model: &TriangleMesh,
     place: Option<&PlaceErrors>,
     params: &MeasureParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<WorstView>, MeasureError> {
-    let mut scratch = Scratch::new(map)?;
+    let mut scratch = MapReader::new(map)?;
     let best = Method::best_for(map);
     let mut methods: Vec<Method> = Method::all_for(map).collect();
     methods.sort_by_key(|m| *m != best);
@@ -300,9 +300,9 @@ fn largest_errors<'a>(
 fn time_outlines(
     map: &SilhouetteMap,
     calls: u32,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<ContourTime>, MeasureError> {
-    let mut scratch = Scratch::new(map)?;
+    let mut scratch = MapReader::new(map)?;
     let size = (map.resolution_px, map.resolution_px);
     let cameras = walk(map, calls.max(1))
         .into_iter()
@@ -408,7 +408,7 @@ fn texture_figures(
     asset: &Asset,
     model: &TriangleMesh,
     (params, gpu): (&MeasureParams, Option<&Gpu>),
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<TextureFigures, MeasureError> {
     let found = painting(&asset.hull, &asset.textures, asset.map.radius);
     let colour_params = TextureErrorParams {

@@ -1,4 +1,4 @@
-//! How well a hull is painted: figures of merit.
+//! Quality measures of a hull's textures.
 
 use silmap_geometry::Camera;
 use silmap_map::{Atlas, CoarseHull, TextureSet};

@@ -1,4 +1,4 @@
-//! The same surface in more faces, for measuring what depends on their number alone.
+//! Subdivision without change of the surface, to measure the influence of the number of faces.
 
 use std::collections::HashMap;
 
@@ -57,7 +57,7 @@ fn quarters<const N: usize>(corners: &[[f32; N]; 3]) -> [[[f32; N]; 3]; 4] {
 mod tests {
     use super::*;
     use silmap_geometry::ClosedMesh;
-    use silmap_preprocess::models;
+    use silmap_models as models;
 
     #[test]
     fn the_surface_stays_and_is_closed() {

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use silmap_geometry::Watch;
 use silmap_geometry::{Bvh, Camera, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Method};
-use silmap_preprocess::Monitor;
 use silmap_preprocess::texture::Parametrisation;
 use silmap_runtime::{
     Antialias, Background, ColourDifference, EdgeParams, FrameParams, Mode, Paint, Renderer,
@@ -66,7 +66,7 @@ pub fn colour_errors(
     asset: &Asset,
     model: &TriangleMesh,
     params: &TextureErrorParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<BTreeMap<&'static str, ColourErrors>, MeasureError> {
     let map = &asset.map;
     let eyes = viewpoints(

@@ -1,9 +1,9 @@
 //! Small models whose pictures are known, and what is measured of them.
 
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::{Bvh, ClosedMesh, TriangleMesh};
 use silmap_map::{CoarseHull, TextureSet};
-use silmap_preprocess::Monitor;
 use silmap_preprocess::texture::{Parametrisation, TextureParams, bake};
 
 use super::*;
@@ -61,7 +61,7 @@ fn small_params() -> TextureParams {
 
 fn bake_cube(params: &TextureParams) -> TextureSet {
     let (mesh, bvh) = cube();
-    bake(&mesh, &bvh, &cube_hull(), params, &Monitor::silent()).unwrap()
+    bake(&mesh, &bvh, &cube_hull(), params, &Watch::silent()).unwrap()
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn over_a_hollow_the_closest_point_jumps_and_the_normal_does_not() {
         *p = [0.8 * p[0], p[1], 0.8 * p[2]];
     }
     hull.faces = hull.faces[6..8].to_vec();
-    let textures = bake(&block, &bvh, &hull, &small_params(), &Monitor::silent()).unwrap();
+    let textures = bake(&block, &bvh, &hull, &small_params(), &Watch::silent()).unwrap();
     let atlas = textures.atlas.unwrap();
     let count = |how| discontinuities((block.mesh(), &bvh), &hull, &atlas, how);
     let (normal, closest) = (

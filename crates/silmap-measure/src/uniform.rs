@@ -3,14 +3,17 @@
 //! Source: Silhouette Mapping, section 6 and figure 11.
 //! Deviation: the curve of uniform sampling beside that of simplification is beyond the paper.
 
+use crate::evaluate::EVALUATE;
 use rayon::prelude::*;
+use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Bvh, Camera, ClosedMesh, Mask};
-use silmap_map::{CapturedErrors, InterpolateError, Interpolation, Method, Scratch, SilhouetteMap};
+use silmap_map::{
+    CapturedErrors, InterpolateError, Interpolation, MapReader, Method, SilhouetteMap,
+};
 use silmap_preprocess::pipeline::{
     BuildError, BuildParams, captured_map, captured_masks, without_unseen,
 };
-use silmap_preprocess::{Monitor, Stage};
 
 use crate::evaluate::compare;
 
@@ -38,7 +41,7 @@ pub fn uniform_map(
     model: &ClosedMesh,
     params: &BuildParams,
     views: u32,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
     uniform_map_of((model, &Bvh::new(model.mesh())), params, views, monitor)
 }
@@ -47,7 +50,7 @@ fn uniform_map_of(
     (model, tree): (&ClosedMesh, &Bvh),
     params: &BuildParams,
     views: u32,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
     let (cameras, masks) = captured_masks(model, params, views, monitor)?;
     captured_map(model, tree, (&cameras, &masks), params, monitor)
@@ -61,14 +64,14 @@ fn uniform_map_of(
 pub fn uniform_curve(
     model: &ClosedMesh,
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<Vec<(u32, f64)>, BuildError> {
     let seen = without_unseen(model, params);
     let model = seen.as_ref().map_or(model, |(seen, _)| seen);
     let tree = Bvh::new(model.mesh());
     let (cameras, masks) = captured_masks(model, params, params.views, monitor)?;
     let counts = uniform_counts(params.views);
-    monitor.start(Stage::Evaluate, counts.len() as u64);
+    monitor.start(EVALUATE, counts.len() as u64);
     let mut curve = Vec::with_capacity(counts.len());
     for views in counts {
         monitor.check()?;
@@ -77,9 +80,9 @@ pub fn uniform_curve(
         {
             curve.push((views, errors.mean));
         }
-        monitor.advance(Stage::Evaluate, 1);
+        monitor.advance(EVALUATE, 1);
     }
-    monitor.finish(Stage::Evaluate);
+    monitor.finish(EVALUATE);
     monitor.check()?;
     Ok(curve)
 }
@@ -96,7 +99,7 @@ pub fn captured_errors(
     (cameras, masks): (&[Camera], &[Mask]),
     method: Method,
 ) -> Result<CapturedErrors, InterpolateError> {
-    let prepared = Scratch::new(map)?;
+    let prepared = MapReader::new(map)?;
     let shares: Vec<f64> = cameras
         .par_iter()
         .zip(masks)
@@ -121,8 +124,8 @@ pub fn captured_errors(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use silmap_models as models;
     use silmap_preprocess::capture::{Backend, CaptureParams, capture, view_sphere};
-    use silmap_preprocess::models;
     use silmap_preprocess::pipeline::build;
 
     fn small_params() -> BuildParams {
@@ -149,9 +152,9 @@ mod tests {
     #[test]
     fn more_views_are_better_and_chosen_views_are_best() {
         let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-        let (asset, _) = build(&model, "torus", &small_params(), &Monitor::silent()).unwrap();
+        let (asset, _) = build(&model, "torus", &small_params(), &Watch::silent()).unwrap();
         assert_eq!(asset.record.uniform_curve, []);
-        let curve = uniform_curve(&model, &small_params(), &Monitor::silent()).unwrap();
+        let curve = uniform_curve(&model, &small_params(), &Watch::silent()).unwrap();
         let counts: Vec<u32> = curve.iter().map(|(views, _)| *views).collect();
         assert_eq!(counts, uniform_counts(128));
         assert!(curve[0].1 < curve[1].1, "{curve:?}");
@@ -169,8 +172,8 @@ mod tests {
             backend: Backend::Cpu,
             ..CaptureParams::default()
         };
-        let mut masks = capture(&model, &cameras, &capture_params, &Monitor::silent()).unwrap();
-        let map = uniform_map(&model, &params, 60, &Monitor::silent()).unwrap();
+        let mut masks = capture(&model, &cameras, &capture_params, &Watch::silent()).unwrap();
+        let map = uniform_map(&model, &params, 60, &Watch::silent()).unwrap();
         let measure = |masks: &[Mask]| captured_errors(&map, (&cameras, masks), Method::Tight);
         // The map's own views: nothing but what simplified contours cut off.
         let own = measure(&masks).unwrap();

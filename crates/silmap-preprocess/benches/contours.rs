@@ -7,13 +7,11 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use image::{GrayImage, Luma};
-use imageproc::contours::find_contours;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
+use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{tangent_depths, view_sphere};
-use silmap_preprocess::models;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
 
@@ -42,7 +40,6 @@ fn rasterising(c: &mut Criterion) {
     }
 }
 
-/// Beside `imageproc`, which follows pixel centres and does not tell how loops lie in each other by their direction.
 fn tracing(c: &mut Criterion) {
     for (name, mesh) in [
         ("knot", models::trefoil_knot(FACES)),
@@ -54,13 +51,6 @@ fn tracing(c: &mut Criterion) {
             let id = BenchmarkId::new(format!("trace/{name}"), side);
             c.bench_with_input(id, &mask, |b, mask| {
                 b.iter(|| trace_contours(black_box(mask)));
-            });
-            let picture = GrayImage::from_fn(side, side, |x, y| {
-                Luma([u8::from(mask.get(x.into(), y.into()))])
-            });
-            let id = BenchmarkId::new(format!("trace by imageproc/{name}"), side);
-            c.bench_with_input(id, &picture, |b, picture| {
-                b.iter(|| find_contours::<u32>(black_box(picture)));
             });
         }
     }

@@ -8,14 +8,15 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
+use silmap_geometry::Watch;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule};
-use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap, ViewContour};
+use silmap_map::{CapturedView, MapReader, Method, SilhouetteMap, ViewContour};
+use silmap_models as models;
 use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_preprocess::{Monitor, models};
 
 /// Views of the map, all of them kept.
 const VIEWS: u32 = 128;
@@ -28,7 +29,7 @@ fn map(resolution_px: u32, tolerance_px: f64) -> SilhouetteMap {
         .expect("the eyes lie outside the model");
     let closed = ClosedMesh::try_from(mesh).expect("the knot is closed");
     let params = CaptureParams::default();
-    let masks = capture(&closed, &cameras, &params, &Monitor::silent()).expect("nothing stops it");
+    let masks = capture(&closed, &cameras, &params, &Watch::silent()).expect("nothing stops it");
     let tree = Bvh::new(closed.mesh());
     let simplification = SimplifyContourParams {
         tolerance_px,
@@ -73,7 +74,7 @@ fn outlines(c: &mut Criterion) {
         let vertices: usize = map.contour_vertex_counts().sum();
         let mean = vertices / map.views.len();
         for method in Method::ALL {
-            let mut scratch = Scratch::new(&map).expect("the map is whole");
+            let mut scratch = MapReader::new(&map).expect("the map is whole");
             let mut step = 0;
             c.bench_function(&format!("outline/{}/{mean} vertices", method.name()), |b| {
                 b.iter(|| {

@@ -128,12 +128,12 @@ fn steps_to(order: &CollapseOrder, there: u32, goal: ViewGoal) -> Result<usize, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Monitor;
     use crate::capture::Backend;
-    use crate::models;
     use crate::pipeline::{BuildParams, build};
     use silmap_geometry::ClosedMesh;
+    use silmap_geometry::Watch;
     use silmap_map::asset;
+    use silmap_models as models;
 
     fn torus_asset() -> Asset {
         let mut params = BuildParams {
@@ -147,7 +147,7 @@ mod tests {
         params.textures.views = 3;
         params.textures.size_px = 16;
         let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-        let (made, _) = build(&model, "torus", &params, &Monitor::silent()).unwrap();
+        let (made, _) = build(&model, "torus", &params, &Watch::silent()).unwrap();
         // What a file holds is what there is to go on with.
         asset::read(&asset::write(&made).unwrap()).unwrap()
     }

@@ -1,13 +1,10 @@
-//! From a mesh to an asset: every stage of the paper's preprocess (section 3), each in its own room.
+//! From a mesh to an asset: the stages of the preprocess (section 3 of the paper).
 
+mod build_params;
 pub mod capture;
 pub mod dense_map;
 pub mod fewer_views;
-pub mod hull;
-pub mod input;
 pub mod mask_image;
-pub mod mesh_io;
-pub mod models;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;
@@ -16,4 +13,4 @@ pub mod simplify_map;
 pub mod texture;
 pub mod trace;
 
-pub use progress::{Interrupted, Monitor, PrepEvent, PrepWarning, Stage};
+pub use progress::PrepWarning;

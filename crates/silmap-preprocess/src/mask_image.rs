@@ -18,7 +18,7 @@ use silmap_geometry::Mask;
 use silmap_geometry::camera::MAX_SIDE_PX;
 use thiserror::Error;
 
-use crate::input;
+use silmap_mesh_io::input;
 
 /// Share of a picture's border that is inside when the picture is taken the other way round.
 const BORDER_SHARE: f64 = 0.75;

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use glam::Vec3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
     Camera, CameraError, ClosedMesh, CoverageRule, HiddenParts, Mask, TriangleMesh,
@@ -20,64 +19,20 @@ use silmap_map::{
 };
 use thiserror::Error;
 
-use crate::capture::{Backend, CaptureError, CaptureParams, capture, deep_contours, view_sphere};
+pub use crate::build_params::BuildParams;
+use crate::capture::{Backend, CaptureError, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
-use crate::hull::{self, HullError, HullParams, Tightening, VerifyParams, VerifyReport};
-use crate::mesh_io::{AlphaUse, LoadOptions};
-use crate::progress::{Interrupted, Monitor, PrepWarning, Stage};
+use crate::progress::{self, PrepWarning};
 use crate::recipe::Recipe;
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{
-    SimplifyMapError, SimplifyMapParams, SimplifyMapReport, contour_radius, is_readable, simplify,
+    SimplifyMapError, SimplifyMapReport, contour_radius, is_readable, simplify,
 };
 use crate::texture::{self, TextureError, TextureParams};
 use crate::trace::trace_contours;
-
-/// How an asset is made.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct BuildParams {
-    /// How the mesh was read and mended before; the build itself only notes it in the asset.
-    pub load: LoadOptions,
-    /// Views captured around the model; the paper's thousand, evenly spread.
-    pub views: u32,
-    /// Radius of the view sphere as a multiple of the bounding sphere's.
-    pub view_radius_rel: f64,
-    /// Side of the square capture images, pixels.
-    pub resolution_px: u32,
-    /// Who draws the captured views, and which pixels they count as covered.
-    pub capture: CaptureParams,
-    /// How far a contour may move when it is simplified, pixels.
-    pub tolerance_px: f64,
-    /// Which views are kept.
-    pub map: SimplifyMapParams,
-    /// Whether parts that no eye outside can see are captured and enclosed like the others, rather than left out.
-    pub keep_cavities: bool,
-    /// The coarse hull.
-    pub hull: HullParams,
-    /// How much work goes into making it tighter than its collapses leave it.
-    pub tightening: Tightening,
-    /// What it is painted with.
-    pub textures: TextureParams,
-}
-
-impl Default for BuildParams {
-    fn default() -> Self {
-        Self {
-            load: LoadOptions::default(),
-            views: 1024,
-            view_radius_rel: 3.0,
-            resolution_px: 512,
-            capture: CaptureParams::default(),
-            tolerance_px: SimplifyContourParams::default().tolerance_px,
-            map: SimplifyMapParams::default(),
-            keep_cavities: false,
-            hull: HullParams::default(),
-            tightening: Tightening::Fast,
-            textures: TextureParams::default(),
-        }
-    }
-}
+use silmap_geometry::watch::{Interrupted, Watch};
+use silmap_hull::{self as hull, HullError, VerifyParams, VerifyReport};
+use silmap_mesh_io::{AlphaUse, LoadOptions};
 
 /// Seconds that each stage took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -166,7 +121,7 @@ pub fn build(
     model: &ClosedMesh,
     name: &str,
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<(Asset, BuildReport), BuildError> {
     let mut seconds = StageSeconds::default();
     // What no eye can see costs nothing; the record is of the whole.
@@ -177,17 +132,17 @@ pub fn build(
 
     // The silhouettes from many viewpoints, on the polytope that connects them.
     let (cameras, masks) = timed(&mut seconds.capture, || {
-        captured_masks(model, params, params.views, monitor)
+        captured_masks(model, params, params.views, watch)
     })?;
     let captured = (&cameras[..], &masks[..]);
     let dense = timed(&mut seconds.contours, || {
-        captured_map(model, &tree, captured, params, monitor)
+        captured_map(model, &tree, captured, params, watch)
     })?;
     check_readable(&dense, params)?;
 
     // Views that their neighbours predict well go.
     let (mut map, map_report) = timed(&mut seconds.map, || {
-        simplify(&dense, &masks, &params.map, monitor)
+        simplify(&dense, &masks, &params.map, watch)
     })?;
     drop(masks);
     // Coarser contours for pictures in which the model is small.
@@ -195,13 +150,19 @@ pub fn build(
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
-        let sequence = hull::build(model, &params.hull, monitor)?;
+        let sequence = hull::build(model, &params.hull, watch)?;
         let faces = params.hull.target_faces as usize;
-        let level = sequence.tightened_level(faces, params.tightening, monitor)?;
-        Ok::<_, HullError>(level.round().hull)
+        let level = sequence.tightened_level(faces, params.tightening, watch)?;
+        let rounded = level.round();
+        Ok::<_, HullError>(CoarseHull {
+            positions: rounded.positions,
+            faces: rounded.faces,
+            surface_points: rounded.surface_points,
+            volume_ratio: rounded.volume_ratio,
+        })
     })?;
     let textures = timed(&mut seconds.textures, || {
-        texture::bake(model, &tree, &hull, &params.textures, monitor)
+        texture::bake(model, &tree, &hull, &params.textures, watch)
     })?;
 
     let hull_check = timed(&mut seconds.hull, || check_hull(model, &hull, params));
@@ -259,7 +220,7 @@ pub fn captured_masks(
     model: &ClosedMesh,
     params: &BuildParams,
     views: u32,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<(Vec<Camera>, Vec<Mask>), BuildError> {
     let bounds = model.bounds();
     let distance = params.view_radius_rel * bounds.radius;
@@ -278,7 +239,7 @@ pub fn captured_map(
     tree: &Bvh,
     captured: (&[Camera], &[Mask]),
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    monitor: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
     let views = captured_views(model, tree, captured, params, monitor)?;
     let dense_params = DenseMapParams {
@@ -297,17 +258,17 @@ fn captured_views(
     tree: &Bvh,
     (cameras, masks): (&[Camera], &[Mask]),
     params: &BuildParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<CapturedView>, BuildError> {
     let simplification = SimplifyContourParams {
         tolerance_px: params.tolerance_px,
         // What is captured conservatively must stay so.
         outward_only: params.capture.coverage == CoverageRule::Any,
     };
-    monitor.start(Stage::Contours, cameras.len() as u64);
+    watch.start(progress::CONTOURS, cameras.len() as u64);
     let views = (cameras.par_iter().zip(masks).enumerate())
         .map(|(view, (&camera, mask))| {
-            monitor.check()?;
+            watch.check()?;
             let loops = simplify_contours(&trace_contours(mask), &simplification);
             if loops.is_empty() {
                 return Err(BuildError::NothingSeen { view: view as u32 });
@@ -322,11 +283,11 @@ fn captured_views(
                     ..ViewContour::default()
                 })
                 .collect();
-            monitor.advance(Stage::Contours, 1);
+            watch.advance(progress::CONTOURS, 1);
             Ok(CapturedView { camera, contours })
         })
         .collect::<Result<_, _>>()?;
-    monitor.finish(Stage::Contours);
+    watch.finish(progress::CONTOURS);
     Ok(views)
 }
 
@@ -500,7 +461,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::models;
+    use silmap_models as models;
 
     fn small_params() -> BuildParams {
         let mut params = BuildParams {
@@ -522,8 +483,7 @@ mod tests {
 
     #[test]
     fn an_asset_has_what_was_asked_for() {
-        let (asset, report) =
-            build(&torus(), "torus", &small_params(), &Monitor::silent()).unwrap();
+        let (asset, report) = build(&torus(), "torus", &small_params(), &Watch::silent()).unwrap();
         assert_eq!(asset.map.views.len(), 20);
         assert_eq!(asset.map.triangles.len(), 2 * 20 - 4);
         assert!(asset.map.has_depth());
@@ -548,7 +508,7 @@ mod tests {
         let mut params = small_params();
         params.hull.target_faces = 500;
         let far = ClosedMesh::try_from(far).unwrap();
-        let (_, report) = build(&far, "torus", &params, &Monitor::silent()).unwrap();
+        let (_, report) = build(&far, "torus", &params, &Watch::silent()).unwrap();
         assert!(!report.hull_check.encloses, "{:?}", report.hull_check);
         let is_leak = |w: &PrepWarning| matches!(w, PrepWarning::HullLeaks { .. });
         assert!(report.warnings.iter().any(is_leak), "{:?}", report.warnings);
@@ -560,7 +520,7 @@ mod tests {
             view_radius_rel: 0.9,
             ..small_params()
         };
-        let made = build(&torus(), "torus", &params, &Monitor::silent());
+        let made = build(&torus(), "torus", &params, &Watch::silent());
         assert!(matches!(made, Err(BuildError::Camera(_))), "{made:?}");
     }
 
@@ -575,7 +535,7 @@ mod tests {
             &ClosedMesh::try_from(flat).unwrap(),
             "needle",
             &small_params(),
-            &Monitor::silent(),
+            &Watch::silent(),
         );
         assert!(
             matches!(made, Err(BuildError::NothingSeen { .. })),
@@ -590,7 +550,7 @@ mod tests {
             &torus(),
             "torus",
             &small_params(),
-            &Monitor::new(&|_| {}, &stop),
+            &Watch::new(&|_| {}, &stop),
         );
         assert!(made.is_err());
     }

@@ -6,8 +6,8 @@ use silmap_geometry::CoverageRule;
 use silmap_map::{BuildRecord, Method};
 use thiserror::Error;
 
+use crate::build_params::BuildParams;
 use crate::capture::Backend;
-use crate::pipeline::BuildParams;
 
 /// The one version of recipes that this program writes and reads.
 pub const RECIPE_VERSION: u32 = 1;

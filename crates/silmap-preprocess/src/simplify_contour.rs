@@ -1,4 +1,4 @@
-//! Fewer vertices for the same outline: greedy vertex removal within a tolerance.
+//! Contour simplification: greedy vertex removal within a tolerance.
 //!
 //! A traced outline is a staircase. Its corners lie on both sides of the true outline, the middles of its cracks mostly on
 //! it, so first every corner is cut off half a step away (when the tolerance allows that). Then vertices go, the one whose
@@ -19,18 +19,16 @@
 mod fit;
 mod grid;
 mod levels;
+mod moments;
 mod outline;
 mod outward;
 #[cfg(test)]
 mod tests;
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
-use silmap_geometry::{CoverageRule, Loop};
+use silmap_geometry::{CostQueue, CoverageRule, Loop};
 
 pub use levels::add_levels;
-use outline::{Outline, Proposal};
+use outline::{Proposal, SimplifiedLoops};
 
 /// How far to simplify.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,18 +73,18 @@ pub const VERTEX_STEPS_PER_PX: f64 = 16.0;
 /// The loops must be simple and not cross, as [`crate::trace::trace_contours`] returns them.
 #[must_use]
 pub fn simplify_contours(loops: &[Loop], params: &SimplifyContourParams) -> Vec<Loop> {
-    let mut outline = Outline::new(loops, params);
+    let mut outline = SimplifiedLoops::new(loops, params);
     if params.outward_only {
         remove_vertices(
             &mut outline,
-            Outline::cost_of_outward,
-            Outline::propose_outward,
+            SimplifiedLoops::cost_of_outward,
+            SimplifiedLoops::propose_outward,
         );
     } else {
         remove_vertices(
             &mut outline,
-            Outline::cost_of_fitted,
-            Outline::propose_fitted,
+            SimplifiedLoops::cost_of_fitted,
+            SimplifiedLoops::propose_fitted,
         );
     }
     outline.into_loops()
@@ -94,22 +92,16 @@ pub fn simplify_contours(loops: &[Loop], params: &SimplifyContourParams) -> Vec<
 
 /// Removes the vertex of least cost that has a valid proposal, again and again, until there is none.
 fn remove_vertices(
-    outline: &mut Outline,
-    cost: impl Fn(&Outline, u32) -> Option<f64>,
-    propose: impl Fn(&Outline, u32) -> Option<Proposal>,
+    outline: &mut SimplifiedLoops,
+    cost: impl Fn(&SimplifiedLoops, u32) -> Option<f64>,
+    propose: impl Fn(&SimplifiedLoops, u32) -> Option<Proposal>,
 ) {
-    // Costs are not negative, and such floats sort as their bits do; ties go to the lower vertex.
-    let mut queue: BinaryHeap<_> = (0..outline.vertex_count())
+    // Of equal costs the lower vertex goes first.
+    let mut queue: CostQueue<_> = (0..outline.vertex_count())
         .filter(|&v| !outline.is_gone(v))
-        .filter_map(|v| {
-            Some(Reverse((
-                cost(outline, v)?.to_bits(),
-                v,
-                outline.version(v),
-            )))
-        })
+        .filter_map(|v| Some((cost(outline, v)?, (v, outline.version(v)))))
         .collect();
-    while let Some(Reverse((_, v, version))) = queue.pop() {
+    while let Some((_, (v, version))) = queue.pop() {
         if outline.version(v) != version {
             continue;
         }
@@ -119,7 +111,7 @@ fn remove_vertices(
         };
         for near in outline.apply(v, &proposal) {
             if let Some(cost) = cost(outline, near) {
-                queue.push(Reverse((cost.to_bits(), near, outline.version(near))));
+                queue.push(cost, (near, outline.version(near)));
             }
         }
     }

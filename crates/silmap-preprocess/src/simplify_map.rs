@@ -1,22 +1,22 @@
-//! Simplifying the silhouette map: views that their neighbours predict are removed (section 6).
+//! Silhouette map simplification: removing views that their neighbours predict (section 6).
 //!
 //! Source: Silhouette Mapping, section 6: greedy collapses of polytope edges onto one of their ends, by the number of
 //! misclassified pixels over all original views that the collapse would add.
 //! Deviation: pixels are counted as a share of the view's inside, the measure of figure 11, so that all views weigh the same.
-//! Costs in the neighbourhood of a collapse are re-evaluated when they reach the top of the heap, not at once. Afterwards the
+//! Costs in the neighbourhood of a collapse are re-evaluated when they come up in the queue, not at once. Afterwards the
 //! views that are left are moved where that lowers the error, and the collapses go on from there to the smallest polytope:
 //! that part is only noted, so that an asset can lose further views later.
 
-use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use silmap_geometry::Mask;
+use silmap_geometry::{CostQueue, Mask};
 use silmap_map::{CapturedErrors, CollapseOrder, Method, SilhouetteMap};
 use thiserror::Error;
 
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 mod order;
 mod polytope;
@@ -92,34 +92,15 @@ pub enum SimplifyMapError {
 /// Stale candidates evaluated at a time: enough for all cores, and fixed, so that the result depends on no thread count.
 const BATCH: usize = 16;
 
-/// First evaluations between two looks at the monitor.
+/// First evaluations between two looks at the watch.
 const CHUNK: usize = 256;
 
-/// A collapse in the heap with the cost it had when it was last evaluated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A collapse as it was when its cost was last evaluated. Of equal costs the smaller view numbers go first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    cost: f64,
     collapse: Collapse,
     /// Version of the removed view's star at that time.
     version: u32,
-}
-
-impl Eq for Candidate {}
-
-impl Ord for Candidate {
-    /// The heap's greatest element is the cheapest collapse; ties go to the smaller view numbers.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other
-            .cost
-            .total_cmp(&self.cost)
-            .then_with(|| other.collapse.cmp(&self.collapse))
-    }
-}
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
 }
 
 /// Removes views from `dense` until `params` says to stop or no collapse is possible.
@@ -132,7 +113,7 @@ pub fn simplify(
     dense: &SilhouetteMap,
     masks: &[Mask],
     params: &SimplifyMapParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<(SilhouetteMap, SimplifyMapReport), SimplifyMapError> {
     let views = dense.views.len();
     if masks.len() != views {
@@ -146,34 +127,34 @@ pub fn simplify(
     } else {
         params.keep.max(4)
     };
-    monitor.start(Stage::Map, views.saturating_sub(target as usize) as u64);
+    watch.start(progress::MAP, views.saturating_sub(target as usize) as u64);
     let mut work = Simplification::new(dense, masks, params);
-    work.evaluate_all(monitor)?;
+    work.evaluate_all(watch)?;
     while work.polytope.view_count() > target as usize {
-        monitor.check()?;
-        let Some(candidate) = work.next_collapse(monitor)? else {
+        watch.check()?;
+        let Some((cost, collapse)) = work.next_collapse(watch)? else {
             break;
         };
-        let total = work.error_sum + candidate.cost;
+        let total = work.error_sum + cost;
         if params
             .max_error
             .is_some_and(|limit| total / views as f64 > limit)
         {
             break;
         }
-        if work.apply(candidate.collapse) {
-            work.note_collapse(candidate.collapse);
+        if work.apply(collapse) {
+            work.note_collapse(collapse);
         }
-        monitor.advance(Stage::Map, 1);
+        watch.advance(progress::MAP, 1);
     }
-    monitor.finish(Stage::Map);
-    work.refine(monitor)?;
+    watch.finish(progress::MAP);
+    work.refine(watch)?;
     let moved = work.captured_errors();
     if let Some(last) = work.report.curve.last_mut() {
         last.1 = moved.mean;
     }
     let map = work.chosen_map();
-    work.report.order = work.order(monitor)?;
+    work.report.order = work.order(watch)?;
     Ok((map, work.report))
 }
 
@@ -184,7 +165,7 @@ struct Simplification<'a> {
     /// Per original view: its misclassified share as the polytope is now.
     errors: Vec<f64>,
     error_sum: f64,
-    heap: BinaryHeap<Candidate>,
+    queue: CostQueue<Candidate>,
     /// Errors predicted so far: most triangles around a candidate outlive the collapses beside it.
     known: HashMap<(u32, [u32; 3]), f64>,
     /// Views around a removed one that are predicted to find out what a collapse costs; with fewer than there are, the cost is
@@ -202,7 +183,7 @@ impl<'a> Simplification<'a> {
             polytope: SimplifiedPolytope::new(dense, Rule::Readable),
             errors: vec![0.0; masks.len()],
             error_sum: 0.0,
-            heap: BinaryHeap::new(),
+            queue: CostQueue::default(),
             known: HashMap::new(),
             probes: usize::MAX,
             refused: Vec::new(),
@@ -210,19 +191,19 @@ impl<'a> Simplification<'a> {
         }
     }
 
-    /// Puts every possible collapse into the heap.
-    fn evaluate_all(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
+    /// Puts every possible collapse into the queue.
+    fn evaluate_all(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
         let collapses: Vec<Collapse> = self.polytope.collapses().collect();
         for chunk in collapses.chunks(CHUNK) {
-            monitor.check()?;
+            watch.check()?;
             self.evaluate(chunk);
         }
         Ok(())
     }
 
-    /// Evaluates collapses and puts those that are allowed into the heap.
+    /// Evaluates collapses and puts those that are allowed into the queue.
     fn evaluate(&mut self, collapses: &[Collapse]) {
-        let evaluated: Vec<Option<(Candidate, Vec<Prediction>)>> = collapses
+        let evaluated: Vec<Option<(f64, Candidate, Vec<Prediction>)>> = collapses
             .par_iter()
             .filter(|collapse| !self.refused.contains(collapse))
             .map_init(
@@ -230,13 +211,13 @@ impl<'a> Simplification<'a> {
                 |scratch, &collapse| self.probe(collapse, scratch),
             )
             .collect();
-        for (candidate, predictions) in evaluated.into_iter().flatten() {
+        for (cost, candidate, predictions) in evaluated.into_iter().flatten() {
             for p in predictions {
                 if self.known.insert((p.view, p.views), p.error).is_none() {
                     self.report.predictions += 1;
                 }
             }
-            self.heap.push(candidate);
+            self.queue.push(cost, candidate);
         }
     }
 
@@ -245,7 +226,7 @@ impl<'a> Simplification<'a> {
         &self,
         collapse: Collapse,
         scratch: &mut predict::PredictScratch,
-    ) -> Option<(Candidate, Vec<Prediction>)> {
+    ) -> Option<(f64, Candidate, Vec<Prediction>)> {
         let mut others = self.polytope.views_around(collapse.removed);
         others.retain(|&v| v != collapse.removed);
         let stride = others.len().div_ceil(self.probes).max(1);
@@ -264,12 +245,8 @@ impl<'a> Simplification<'a> {
             cost += weight * (p.error - self.errors[p.view as usize]);
         }
         let version = self.polytope.version(collapse.removed);
-        let candidate = Candidate {
-            cost,
-            collapse,
-            version,
-        };
-        Some((candidate, predictions))
+        let candidate = Candidate { collapse, version };
+        Some((cost, candidate, predictions))
     }
 
     /// The errors that `views` around a collapse would have after it; `None` when it is not allowed.
@@ -286,21 +263,23 @@ impl<'a> Simplification<'a> {
             .collect()
     }
 
-    /// Takes the cheapest collapse off the heap, re-evaluating those whose neighbourhood changed.
-    fn cheapest_collapse(&mut self) -> Option<Candidate> {
+    /// Takes the cheapest collapse, and what it costs, off the queue, re-evaluating those whose neighbourhood changed.
+    fn cheapest_collapse(&mut self) -> Option<(f64, Collapse)> {
         loop {
             let mut stale = Vec::with_capacity(BATCH);
             while stale.len() < BATCH {
-                let Some(&top) = self.heap.peek() else { break };
+                let Some((cost, &top)) = self.queue.peek() else {
+                    break;
+                };
                 if !self.polytope.is_edge(top.collapse) {
-                    self.heap.pop();
+                    self.queue.pop();
                 } else if self.polytope.version(top.collapse.removed) != top.version {
-                    self.heap.pop();
+                    self.queue.pop();
                     stale.push(top.collapse);
                 } else if stale.is_empty() {
-                    self.heap.pop();
+                    self.queue.pop();
                     if self.polytope.triangles_after(top.collapse).is_some() {
-                        return Some(top);
+                        return Some((cost, top.collapse));
                     }
                 } else {
                     break;
@@ -314,11 +293,11 @@ impl<'a> Simplification<'a> {
     }
 
     /// The cheapest collapse; before there is none, those that were not allowed once are tried again.
-    fn next_collapse(&mut self, monitor: &Monitor<'_>) -> Result<Option<Candidate>, Interrupted> {
-        if let Some(candidate) = self.cheapest_collapse() {
-            return Ok(Some(candidate));
+    fn next_collapse(&mut self, watch: &Watch<'_>) -> Result<Option<(f64, Collapse)>, Interrupted> {
+        if let Some(cheapest) = self.cheapest_collapse() {
+            return Ok(Some(cheapest));
         }
-        self.evaluate_all(monitor)?;
+        self.evaluate_all(watch)?;
         Ok(self.cheapest_collapse())
     }
 

@@ -1,4 +1,4 @@
-//! How much of which texture view each face of the hull shows in a frame.
+//! Blend weights of texture views on each face of the hull.
 //!
 //! The paper takes the nearest view that sees the face; when another becomes the nearest, the face pops. Here up to three views
 //! share a face. Their distance a_i is that between the directions from the face to the view and to the eye, and their weights are

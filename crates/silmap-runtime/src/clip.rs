@@ -1,19 +1,16 @@
-//! Loops on their way to the stencil and to the coverage of edge pixels.
+//! Outline loops as geometry for the stencil and for the coverage of edge pixels.
 //!
 //! Loops come from interpolation, from exact extraction or from a file; nothing here knows which. Each becomes one
 //! triangle fan, so that no triangulation is needed, whatever its shape.
 //!
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, sections 8.1 and 8.3.
 
-use std::ops::Range;
-
 use glam::DVec2;
-use silmap_geometry::{Loop, polygon};
+use silmap_geometry::polygon;
 use silmap_gpu::{Gpu, wgpu};
 
 use crate::frame::all_finite;
-use crate::pipelines::MAX_LAYERS;
-use crate::{ClipShape, FanApex, FillRule, RenderError};
+use crate::{ClipShape, FanApex, RenderError};
 
 /// A buffer that grows to what is written and then stays.
 #[derive(Debug)]
@@ -67,7 +64,6 @@ pub(crate) struct ClipBuffers {
     indices: GrowingBuffer,
     segments: GrowingBuffer,
     geometry: FanGeometry,
-    rule: FillRule,
 }
 
 /// Fans and segments, in memory.
@@ -76,8 +72,6 @@ struct FanGeometry {
     points: Vec<[f32; 2]>,
     indices: Vec<u32>,
     segments: Vec<[f32; 4]>,
-    /// Indices of each layer.
-    layers: Vec<Range<u32>>,
     heights: Vec<f64>,
 }
 
@@ -88,37 +82,23 @@ impl ClipBuffers {
             indices: GrowingBuffer::new(gpu, "loop fans", wgpu::BufferUsages::INDEX),
             segments: GrowingBuffer::new(gpu, "outline segments", wgpu::BufferUsages::VERTEX),
             geometry: FanGeometry::default(),
-            rule: FillRule::NonZero,
         }
     }
 
     /// Brings a shape to the device.
     pub(crate) fn load(&mut self, gpu: &Gpu, shape: &ClipShape<'_>) -> Result<(), RenderError> {
         self.geometry.build(shape)?;
-        self.rule = shape.rule;
         self.points.write(gpu, &self.geometry.points);
         self.indices.write(gpu, &self.geometry.indices);
         self.segments.write(gpu, &self.geometry.segments);
         Ok(())
     }
 
-    pub(crate) fn rule(&self) -> FillRule {
-        self.rule
-    }
-
-    /// Layers that the fill rule tells apart.
-    pub(crate) fn layer_count(&self) -> u32 {
-        self.geometry.layers.len() as u32
-    }
-
-    /// Draws the fans of one layer.
-    pub(crate) fn draw_fans(&self, pass: &mut wgpu::RenderPass<'_>, layer: u32) {
-        let Some(range) = self.geometry.layers.get(layer as usize) else {
-            return;
-        };
+    /// Draws the fans of all loops.
+    pub(crate) fn draw_fans(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_vertex_buffer(0, self.points.slice());
         pass.set_index_buffer(self.indices.slice(), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(range.clone(), 0, 0..1);
+        pass.draw_indexed(0..self.geometry.indices.len() as u32, 0, 0..1);
     }
 
     /// Draws a quadrilateral about each segment of the outline.
@@ -130,24 +110,16 @@ impl ClipBuffers {
 
 impl FanGeometry {
     fn build(&mut self, shape: &ClipShape<'_>) -> Result<(), RenderError> {
-        if !all_finite(shape.layers.iter().flatten().chain(shape.outline)) {
+        if !all_finite(shape.loops.iter().chain(shape.outline)) {
             return Err(RenderError::LoopNotFinite);
         }
         self.points.clear();
         self.indices.clear();
         self.segments.clear();
-        self.layers.clear();
-        match shape.rule {
-            FillRule::NonZero => self.add_layer(shape.layers.iter().flatten(), shape.apex),
-            FillRule::EvenOddInAll => {
-                if !(1..=MAX_LAYERS).contains(&shape.layers.len()) {
-                    return Err(RenderError::LayerCount {
-                        layers: shape.layers.len(),
-                    });
-                }
-                for layer in shape.layers {
-                    self.add_layer(layer.iter(), shape.apex);
-                }
+        for points in shape.loops.iter().filter(|l| l.len() >= 3) {
+            match shape.apex {
+                FanApex::MedianVertex => self.add_fan_from_vertex(points),
+                FanApex::Centroid => self.add_fan_about_centroid(points),
             }
         }
         for (a, b) in shape.outline.iter().flat_map(|l| polygon::edges(l)) {
@@ -155,17 +127,6 @@ impl FanGeometry {
             self.segments.push([a.x, a.y, b.x, b.y]);
         }
         Ok(())
-    }
-
-    fn add_layer<'a>(&mut self, loops: impl Iterator<Item = &'a Loop>, apex: FanApex) {
-        let start = self.indices.len() as u32;
-        for points in loops.filter(|l| l.len() >= 3) {
-            match apex {
-                FanApex::MedianVertex => self.add_fan_from_vertex(points),
-                FanApex::Centroid => self.add_fan_about_centroid(points),
-            }
-        }
-        self.layers.push(start..self.indices.len() as u32);
     }
 
     /// One fan, from the vertex of median height: from there the triangles are wide, where from an end of a tall loop
@@ -205,11 +166,11 @@ impl FanGeometry {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use silmap_geometry::Loop;
 
-    fn shape(rule: FillRule, layers: &[Vec<Loop>]) -> ClipShape<'_> {
+    fn shape(loops: &[Loop]) -> ClipShape<'_> {
         ClipShape {
-            rule,
-            layers,
+            loops,
             ..ClipShape::EMPTY
         }
     }
@@ -237,10 +198,9 @@ mod tests {
                 .collect();
             let wanted: f64 = loops.iter().map(|l| polygon::signed_area(l)).sum();
             let mut geometry = FanGeometry::default();
-            let layers = [loops];
-            geometry.build(&shape(FillRule::NonZero, &layers)).unwrap();
+            geometry.build(&shape(&loops)).unwrap();
             prop_assert!((fan_area(&geometry) - wanted).abs() < 1e-6, "{} is not {wanted}", fan_area(&geometry));
-            let about_centroid = ClipShape { apex: FanApex::Centroid, ..shape(FillRule::NonZero, &layers) };
+            let about_centroid = ClipShape { apex: FanApex::Centroid, ..shape(&loops) };
             geometry.build(&about_centroid).unwrap();
             // Wherever the apex is put by rounding, the triangles about it close.
             prop_assert!((fan_area(&geometry) - wanted).abs() < 1e-6, "{} is not {wanted}", fan_area(&geometry));
@@ -248,18 +208,10 @@ mod tests {
     }
 
     #[test]
-    fn what_the_stencil_cannot_hold_is_refused() {
+    fn a_loop_that_is_not_finite_is_refused() {
         let mut geometry = FanGeometry::default();
-        for layers in [0, 4] {
-            let layers = vec![Vec::new(); layers];
-            let built = geometry.build(&shape(FillRule::EvenOddInAll, &layers));
-            assert!(
-                matches!(built, Err(RenderError::LayerCount { .. })),
-                "{built:?}"
-            );
-        }
-        let broken = [vec![vec![DVec2::ZERO, DVec2::X, DVec2::NAN]]];
-        let built = geometry.build(&shape(FillRule::NonZero, &broken));
+        let broken = [vec![DVec2::ZERO, DVec2::X, DVec2::NAN]];
+        let built = geometry.build(&shape(&broken));
         assert!(
             matches!(built, Err(RenderError::LoopNotFinite)),
             "{built:?}"

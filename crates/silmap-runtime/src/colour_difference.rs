@@ -1,4 +1,4 @@
-//! How far the colours of two pictures of the same thing are apart.
+//! Colour difference of two pictures.
 
 use silmap_geometry::ColourImage;
 

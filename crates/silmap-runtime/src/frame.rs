@@ -1,4 +1,4 @@
-//! What a frame is asked for, and why there is none.
+//! Parameters and errors of a frame.
 
 use glam::DVec2;
 use silmap_geometry::{Camera, CameraError, Loop};
@@ -118,15 +118,6 @@ pub enum Background {
     Colour([u8; 3]),
 }
 
-/// Which points a layer of loops holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum FillRule {
-    /// Those about which the loops of all layers wind a number of times other than zero; up to 127 windings are counted.
-    NonZero,
-    /// Those that in every layer an odd number of loops surrounds; one to three layers.
-    EvenOddInAll,
-}
-
 /// Where the triangle fan of a loop has its apex. Any point does; it decides how many pixels the triangles pass over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FanApex {
@@ -140,12 +131,11 @@ pub enum FanApex {
 /// A region of the image, as loops of whatever origin.
 #[derive(Clone, Copy, Debug)]
 pub struct ClipShape<'a> {
-    /// How the layers are read.
-    pub rule: FillRule,
     /// How each loop becomes triangles.
     pub apex: FanApex,
-    /// Loops in pixels of the frame's camera.
-    pub layers: &'a [Vec<Loop>],
+    /// Loops in pixels of the frame's camera. They hold the points about which they wind a number of times other than zero; up to 127
+    /// windings are counted.
+    pub loops: &'a [Loop],
     /// The region's outline without overlaps, for smoothing; may be empty unless [`Antialias::Soft`] or
     /// [`Mode::Silhouette`] is asked for.
     pub outline: &'a [Loop],
@@ -154,9 +144,8 @@ pub struct ClipShape<'a> {
 impl ClipShape<'_> {
     /// The region without a point.
     pub const EMPTY: Self = Self {
-        rule: FillRule::NonZero,
         apex: FanApex::MedianVertex,
-        layers: &[],
+        loops: &[],
         outline: &[],
     };
 }
@@ -246,12 +235,6 @@ pub enum RenderError {
         "the nearest faces have not been found for this camera: frames by item buffer can only be rendered, not recorded"
     )]
     NoNearestFaces,
-    /// There are more layers of loops than the stencil holds.
-    #[error("{layers} layers of loops cannot be intersected: one to three can")]
-    LayerCount {
-        /// Layers given.
-        layers: usize,
-    },
     /// A loop has a point that is not a number.
     #[error("a loop of the outline has a point that is not finite")]
     LoopNotFinite,

@@ -1,4 +1,4 @@
-//! The coarse hull on the device with its pictures; [`blend`](crate::blend) says which of them each face shows in a frame.
+//! Device buffers and textures of the coarse hull; [`blend`](crate::blend) has the weights of its pictures.
 //!
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.2.
 

@@ -1,4 +1,4 @@
-//! Silhouette edges at image precision: the full mesh as faces one by one, with nothing known of their neighbours.
+//! Silhouette edges at image precision, from single faces without connectivity.
 //!
 //! The nearest layer of faces fills the depth buffer; then the layer behind is drawn in one of several ways that let it
 //! show next to silhouettes only. With consistently oriented faces of closed bodies the nearest layer is that of the

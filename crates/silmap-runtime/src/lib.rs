@@ -19,8 +19,8 @@ mod targets;
 
 pub use colour_difference::ColourDifference;
 pub use frame::{
-    Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FanApex, FillRule, FrameParams, Mode,
-    Paint, RenderError, RendererOptions,
+    Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FanApex, FrameParams, Mode, Paint,
+    RenderError, RendererOptions,
 };
 pub use hull_paint::HullPaintUniform;
 pub use image_precision::EdgeLinesUniform;

@@ -1,4 +1,4 @@
-//! The full mesh on the device, for looking at it and for finding where the outline is wrong.
+//! Device buffers of the full mesh, for modes that draw it or compare with it.
 
 use glam::{DVec3, Vec3};
 use silmap_geometry::{Appearance, ColourImage, Material, TextureWrap, TriangleMesh, lighting};

@@ -13,7 +13,7 @@ use crate::layouts::{Layouts, bind};
 use crate::model::ModelBuffers;
 use crate::pipelines::{Draw, PipelineKey, Pipelines, StencilRole};
 use crate::targets::{COVERAGE, SAMPLES, Targets};
-use crate::{Antialias, EdgeStyle, FillRule};
+use crate::{Antialias, EdgeStyle};
 
 /// Where a frame goes.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +87,7 @@ impl FrameRecorder<'_> {
     /// The hull where the stencil is, sample by sample.
     pub(crate) fn clipped(&mut self, hull: &HullBuffers, samples: u32) {
         let images = self.frame_images(samples);
-        let role = StencilRole::ClipFilled(self.clip.rule(), self.clip.layer_count());
+        let role = StencilRole::ClipFilled;
         let key = self.frame_key(Draw::Hull, role, samples);
         let format = self.canvas.format;
         self.pass("clipped", images, |frame, pass| {
@@ -185,8 +185,7 @@ impl FrameRecorder<'_> {
     /// Leaves in the stencil which pixels are inside, and which others the ramp reaches.
     fn coverage(&mut self, softly: bool) {
         let images = self.mask_images(self.targets.coverage.clone());
-        let (rule, layers) = (self.clip.rule(), self.clip.layer_count());
-        let cover = PipelineKey::coverage(Draw::Cover, StencilRole::Cover(rule, layers));
+        let cover = PipelineKey::coverage(Draw::Cover, StencilRole::Cover);
         let inside = PipelineKey::coverage(Draw::EdgeInside, StencilRole::InsideOnly);
         let outside = PipelineKey::coverage(Draw::EdgeOutside, StencilRole::TouchOutside);
         self.pass("coverage", images, |frame, pass| {
@@ -204,20 +203,14 @@ impl FrameRecorder<'_> {
 
     /// Draws all fans into the stencil.
     fn fill(&mut self, pass: &mut wgpu::RenderPass<'_>, format: wgpu::TextureFormat, samples: u32) {
-        for layer in 0..self.clip.layer_count() {
-            let stencil = match self.clip.rule() {
-                FillRule::NonZero => StencilRole::FillNonZero,
-                FillRule::EvenOddInAll => StencilRole::FillEvenOdd { layer },
-            };
-            let key = PipelineKey {
-                draw: Draw::Fans,
-                stencil,
-                format,
-                samples,
-            };
-            self.set(pass, key);
-            self.clip.draw_fans(pass, layer);
-        }
+        let key = PipelineKey {
+            draw: Draw::Fans,
+            stencil: StencilRole::Fill,
+            format,
+            samples,
+        };
+        self.set(pass, key);
+        self.clip.draw_fans(pass);
     }
 
     /// Draws one colour by the coverage image.

@@ -1,4 +1,4 @@
-//! From the bytes of a drawn image to a picture with straight alpha.
+//! Conversion of read-back bytes to a picture with straight alpha.
 
 use silmap_geometry::lighting::{linear_from_srgb, srgb_from_linear};
 

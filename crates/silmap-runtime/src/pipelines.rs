@@ -1,4 +1,4 @@
-//! Every way something is drawn, one pipeline each, made when first used.
+//! All render pipelines, created on first use.
 //!
 //! The stencil's eight bits: the low seven count or toggle loops, until the fill rule has been read and they are cleared;
 //! from then on [`INSIDE`] marks the pixels inside the region and [`TOUCHED`] those outside that the outline's ramp still
@@ -13,9 +13,9 @@ use std::collections::HashMap;
 use silmap_gpu::shaders::{self, Shader};
 use silmap_gpu::wgpu;
 
+use crate::EdgeStyle;
 use crate::layouts::Layouts;
 use crate::targets::{COVERAGE, DEPTH_STENCIL};
-use crate::{EdgeStyle, FillRule};
 
 /// Stencil bits that count windings.
 const WINDING: u32 = 0x7f;
@@ -25,22 +25,17 @@ const INSIDE: u32 = 0x80;
 const TOUCHED: u32 = 0x40;
 /// Every bit.
 const ALL_BITS: u32 = 0xff;
-/// Most layers that can be intersected.
-pub(crate) const MAX_LAYERS: usize = 3;
-
 /// What a draw does with the silhouette stencil.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum StencilRole {
     /// Leaves it alone.
     Ignore,
     /// Counts the windings of loop fans under each pixel.
-    FillNonZero,
-    /// Toggles a layer's bit under each fan.
-    FillEvenOdd { layer: u32 },
-    /// Draws where the fill rule says inside, and marks those pixels.
-    Cover(FillRule, u32),
-    /// Keeps what is inside by the fill rule, read directly.
-    ClipFilled(FillRule, u32),
+    Fill,
+    /// Draws where there are windings, and marks those pixels.
+    Cover,
+    /// Keeps what has windings, read directly.
+    ClipFilled,
     /// Keeps what is marked inside.
     InsideOnly,
     /// Keeps what is marked outside, and marks it as touched.
@@ -49,16 +44,11 @@ pub(crate) enum StencilRole {
     ClipMarked,
 }
 
-/// One bit a layer.
-fn layer_bits(layers: u32) -> u32 {
-    (1 << layers) - 1
-}
-
 impl StencilRole {
     /// Comparison, read mask, write mask and reference; the operation where the comparison holds follows from the role.
     fn state(self) -> (wgpu::StencilState, u32) {
         use wgpu::CompareFunction::{Always, Equal, NotEqual};
-        use wgpu::StencilOperation::{DecrementWrap, IncrementWrap, Invert, Keep, Replace};
+        use wgpu::StencilOperation::{DecrementWrap, IncrementWrap, Keep, Replace};
         let both = |compare, pass_op, read_mask, write_mask| {
             let face = wgpu::StencilFaceState {
                 compare,
@@ -75,24 +65,13 @@ impl StencilRole {
         };
         match self {
             Self::Ignore => (wgpu::StencilState::default(), 0),
-            Self::FillNonZero => {
+            Self::Fill => {
                 let mut state = both(Always, IncrementWrap, WINDING, WINDING);
                 state.back.pass_op = DecrementWrap;
                 (state, 0)
             }
-            Self::FillEvenOdd { layer } => (both(Always, Invert, 1 << layer, 1 << layer), 0),
-            Self::Cover(FillRule::NonZero, _) => {
-                (both(NotEqual, Replace, WINDING, ALL_BITS), INSIDE)
-            }
-            Self::Cover(FillRule::EvenOddInAll, layers) => {
-                let bits = layer_bits(layers);
-                (both(Equal, Replace, bits, INSIDE), INSIDE | bits)
-            }
-            Self::ClipFilled(FillRule::NonZero, _) => (both(NotEqual, Keep, WINDING, 0), 0),
-            Self::ClipFilled(FillRule::EvenOddInAll, layers) => {
-                let bits = layer_bits(layers);
-                (both(Equal, Keep, bits, 0), bits)
-            }
+            Self::Cover => (both(NotEqual, Replace, WINDING, ALL_BITS), INSIDE),
+            Self::ClipFilled => (both(NotEqual, Keep, WINDING, 0), 0),
             Self::InsideOnly => (both(Equal, Keep, INSIDE, 0), INSIDE),
             Self::TouchOutside => (both(NotEqual, Replace, INSIDE, TOUCHED), INSIDE | TOUCHED),
             Self::ClipMarked => (both(NotEqual, Keep, INSIDE | TOUCHED, 0), 0),

@@ -7,7 +7,7 @@ use glam::DVec3;
 use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
 use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
-use silmap_map::{Asset, Method, Outline, Scratch, SilhouetteMap};
+use silmap_map::{Asset, MapReader, Outline, SilhouetteMap};
 
 use crate::clip::ClipBuffers;
 use crate::hull_paint::HullBuffers;
@@ -18,9 +18,7 @@ use crate::passes::{Canvas, FrameRecorder};
 use crate::picture::unpremultiply;
 use crate::pipelines::Pipelines;
 use crate::targets::{SAMPLES, Targets, texture_2d};
-use crate::{
-    Antialias, Background, ClipShape, FillRule, FrameParams, Mode, RenderError, RendererOptions,
-};
+use crate::{Antialias, Background, ClipShape, FrameParams, Mode, RenderError, RendererOptions};
 
 /// Format of pictures that are read back.
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -66,7 +64,7 @@ pub struct Renderer {
     hull: Option<HullBuffers>,
     model: Option<ModelBuffers>,
     soup: Option<Soup>,
-    map: Option<(SilhouetteMap, Scratch)>,
+    map: Option<(SilhouetteMap, MapReader)>,
     readback: Option<((u32, u32), wgpu::Texture, Readback)>,
 }
 
@@ -110,7 +108,7 @@ impl Renderer {
     /// # Errors
     /// When its parts do not belong together, its textures cannot be decoded or are too large, or the device fails.
     pub fn load_asset(&mut self, gpu: &Gpu, asset: &Asset) -> Result<(), RenderError> {
-        let scratch = Scratch::new(&asset.map)?;
+        let scratch = MapReader::new(&asset.map)?;
         self.hull = Some(HullBuffers::new(gpu, &self.layouts, asset)?);
         self.map = Some((asset.map.clone(), scratch));
         Ok(())
@@ -141,7 +139,7 @@ impl Renderer {
     /// or the device fails; always on the web, where nothing may wait.
     pub fn render(&mut self, gpu: &Gpu, params: &FrameParams) -> Result<ColourImage, RenderError> {
         let outline = self.outline(params)?;
-        self.render_shape(gpu, params, &clip_shape(outline.as_ref(), params.method))
+        self.render_shape(gpu, params, &clip_shape(outline.as_ref()))
     }
 
     /// As [`Renderer::render`], without waiting.
@@ -154,7 +152,7 @@ impl Renderer {
         params: &FrameParams,
     ) -> Result<ColourImage, RenderError> {
         let outline = self.outline(params)?;
-        let shape = clip_shape(outline.as_ref(), params.method);
+        let shape = clip_shape(outline.as_ref());
         self.render_shape_async(gpu, params, &shape).await
     }
 
@@ -171,7 +169,7 @@ impl Renderer {
         params: &FrameParams,
     ) -> Result<(), RenderError> {
         let outline = self.outline(params)?;
-        let shape = clip_shape(outline.as_ref(), params.method);
+        let shape = clip_shape(outline.as_ref());
         self.record_shape(gpu, encoder, target, (params, &shape))
     }
 
@@ -458,22 +456,12 @@ impl Renderer {
     }
 }
 
-/// The shape of an outline: regions that the stencil intersects by parity, or one region by winding.
-fn clip_shape(outline: Option<&Outline>, method: Method) -> ClipShape<'_> {
-    outline.map_or(ClipShape::EMPTY, |outline| {
-        let (rule, layers) = match method {
-            Method::Hull => (FillRule::EvenOddInAll, outline.layers.as_slice()),
-            Method::Paper | Method::Tight => (
-                FillRule::NonZero,
-                std::slice::from_ref(outline.simple_loops()),
-            ),
-        };
-        ClipShape {
-            rule,
-            layers,
-            outline: outline.simple_loops(),
-            ..ClipShape::EMPTY
-        }
+/// The shape of an outline.
+fn clip_shape(outline: Option<&Outline>) -> ClipShape<'_> {
+    outline.map_or(ClipShape::EMPTY, |outline| ClipShape {
+        loops: outline.simple_loops(),
+        outline: outline.simple_loops(),
+        ..ClipShape::EMPTY
     })
 }
 

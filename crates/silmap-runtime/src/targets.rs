@@ -1,4 +1,4 @@
-//! The images a frame is drawn through, kept from frame to frame while the size stays.
+//! Render targets of a frame, kept while the size stays the same.
 
 use silmap_gpu::wgpu;
 
@@ -24,9 +24,12 @@ pub(crate) struct Targets {
     pub(crate) second_mask: wgpu::TextureView,
     pub(crate) coverage_group: wgpu::BindGroup,
     pub(crate) two_masks_group: wgpu::BindGroup,
-    /// Colour and depth with several samples, made when first asked for.
-    multisampled: Option<(wgpu::TextureView, wgpu::TextureView)>,
+    /// Colour and depth with several samples, made when first asked for, and the colour's format.
+    multisampled: Option<(wgpu::TextureFormat, Samples)>,
 }
+
+/// Colour and depth with several samples.
+type Samples = (wgpu::TextureView, wgpu::TextureView);
 
 impl Targets {
     pub(crate) fn new(device: &wgpu::Device, layouts: &Layouts, size_px: (u32, u32)) -> Self {
@@ -57,14 +60,18 @@ impl Targets {
         &mut self,
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
-    ) -> &(wgpu::TextureView, wgpu::TextureView) {
+    ) -> &Samples {
         let size_px = self.size_px;
-        self.multisampled.get_or_insert_with(|| {
+        let kept = self.multisampled.take();
+        let kept = kept.filter(|(of, _)| *of == format);
+        let made = || {
             (
                 image(device, "samples", size_px, format, SAMPLES),
                 image(device, "depth samples", size_px, DEPTH_STENCIL, SAMPLES),
             )
-        })
+        };
+        let kept = kept.unwrap_or_else(|| (format, made()));
+        &self.multisampled.insert(kept).1
     }
 }
 

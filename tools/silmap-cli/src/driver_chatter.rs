@@ -1,4 +1,4 @@
-//! Keeping a driver's complaint out of our messages.
+//! Suppressing a driver's message on standard error.
 //!
 //! Mesa's Vulkan drivers come with a layer (`VK_LAYER_MESA_device_select`) that asks a Wayland compositor which device is in use. Where
 //! there is no session, as on servers and in containers, `XDG_RUNTIME_DIR` is not set, and the layer's library prints "error:

@@ -1,4 +1,4 @@
-//! How the command ends: the exit code that tells a script or a scheduler what to do next, and the last sentence.
+//! Exit codes and the final error message.
 //!
 //! | code | class | what to do |
 //! |---|---|---|
@@ -21,17 +21,31 @@ use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
+use silmap_geometry::Interrupted;
 use silmap_gpu::GpuError;
 use silmap_measure::MeasureError;
 use silmap_measure::evaluate::EvaluateError;
-use silmap_preprocess::Interrupted;
+use silmap_mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::capture::CaptureError;
-use silmap_preprocess::mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::pipeline::BuildError;
 use silmap_runtime::RenderError;
+use thiserror::Error;
 
-use crate::commands::{NoAdapter, NotAllBuilt};
 use crate::{interrupt, output};
+
+/// There is nothing to draw with.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub(crate) struct NoAdapter(pub(crate) GpuError);
+
+/// Not everything was built; each model's own line says why.
+#[derive(Debug, Error)]
+#[error("{sentence}")]
+pub(crate) struct NotAllBuilt {
+    pub(crate) sentence: String,
+    /// What an engine should do with the list.
+    pub(crate) class: ExitClass,
+}
 
 /// How a command ended when it did not do what it was asked. The numbers are the exit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

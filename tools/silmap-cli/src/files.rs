@@ -1,4 +1,4 @@
-//! Reading assets and models, with the file's name in front of whatever goes wrong.
+//! Reading assets and models, with the file's name in every error.
 
 use std::path::{Component, Path};
 
@@ -6,8 +6,8 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use silmap_geometry::TriangleMesh;
 use silmap_map::{Asset, asset};
-use silmap_preprocess::input;
-use silmap_preprocess::mesh_io::{self, LoadOptions, Loaded};
+use silmap_mesh_io::input;
+use silmap_mesh_io::{self as mesh_io, LoadOptions, Loaded};
 use silmap_preprocess::pipeline::model_crc32;
 
 use crate::args::MendingArgs;

@@ -1,4 +1,4 @@
-//! Stopping on request: the first ctrl-c asks, the second does not.
+//! Interrupts: the first ctrl-c stops at the next check, the second at once.
 
 use std::panic;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,26 +7,24 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use silmap_preprocess::Interrupted;
-
-use crate::exit::ExitClass;
+use silmap_geometry::Interrupted;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Makes ctrl-c set the flag that long work looks at.
+/// Makes ctrl-c set the flag that long work looks at; the second one ends the program with `exit_code`.
 ///
 /// # Errors
 /// When the system does not let a handler be set.
-pub(crate) fn install_handler() -> anyhow::Result<()> {
-    ctrlc::set_handler(|| {
+pub(crate) fn install_handler(exit_code: u8) -> anyhow::Result<()> {
+    ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(ExitClass::Interrupted.code()));
+            std::process::exit(i32::from(exit_code));
         }
     })
     .context("ctrl-c cannot be handled")
 }
 
-/// The flag, for a [`silmap_preprocess::Monitor`].
+/// The flag, for a [`silmap_geometry::Watch`].
 pub(crate) fn flag() -> &'static AtomicBool {
     &STOP
 }

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
 
 fn run(cli: Cli) -> anyhow::Result<()> {
     driver_chatter::keep_quiet(&cli.command);
-    interrupt::install_handler()?;
+    interrupt::install_handler(exit::ExitClass::Interrupted.code())?;
     if let Some(threads) = cli.command.threads() {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads_of_use(threads as usize))

@@ -1,4 +1,4 @@
-//! What the name of an output file says is in it, so that nothing else is written there.
+//! The format that an output file's name implies.
 
 use std::path::Path;
 

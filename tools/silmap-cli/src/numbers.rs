@@ -1,4 +1,4 @@
-//! Numbers of any size as people read them.
+//! Formatting of numbers.
 
 /// Coordinates are printed to this share of the length that they are measured with, as a power of ten.
 const DIGITS: i32 = 5;

@@ -1,4 +1,4 @@
-//! Where results go: files that appear whole or not at all, one JSON object on standard output, messages on standard error.
+//! Output: files that appear whole or not at all, one JSON object on standard output, messages on standard error.
 
 use std::fs;
 use std::io::{self, ErrorKind, Write};

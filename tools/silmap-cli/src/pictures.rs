@@ -1,4 +1,4 @@
-//! Pictures as files.
+//! Image files.
 
 use std::io::Cursor;
 

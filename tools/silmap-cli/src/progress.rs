@@ -6,8 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use silmap_exact::{Advance, Watch};
-use silmap_preprocess::{Monitor, PrepEvent, Stage};
+use silmap_geometry::{Stage, StageEvent, Watch};
 
 use crate::interrupt;
 
@@ -30,32 +29,12 @@ impl Progress {
         }
     }
 
-    /// Does long work with a monitor that reports here and stops on ctrl-c.
-    pub(crate) fn watch<T>(&self, work: impl FnOnce(&Monitor<'_>) -> T) -> T {
+    /// Does long work under a watch that reports here and stops on ctrl-c.
+    pub(crate) fn watch<T>(&self, work: impl FnOnce(&Watch<'_>) -> T) -> T {
         let listen = |event| self.take(event);
-        let result = work(&Monitor::new(&listen, interrupt::flag()));
+        let result = work(&Watch::new(&listen, interrupt::flag()));
         // A stage that failed half-way leaves its bar behind.
         for bar in std::mem::take(&mut *self.lock()).into_values() {
-            bar.finish_and_clear();
-        }
-        result
-    }
-
-    /// Does long work that tells how far it is, and stops it on ctrl-c.
-    pub(crate) fn count<T>(
-        &self,
-        sentence: &'static str,
-        work: impl FnOnce(&mut Watch<'_>) -> T,
-    ) -> T {
-        let mut bar = None;
-        let result = work(&mut |Advance { done, total }| {
-            if self.is_shown {
-                bar.get_or_insert_with(|| bar_with(sentence, total))
-                    .set_position(done);
-            }
-            !interrupt::is_requested()
-        });
-        if let Some(bar) = bar {
             bar.finish_and_clear();
         }
         result
@@ -65,21 +44,21 @@ impl Progress {
         self.running.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn take(&self, event: PrepEvent) {
+    fn take(&self, event: StageEvent) {
         if !self.is_shown {
             return;
         }
         let mut running = self.lock();
         match event {
-            PrepEvent::Started { stage, total } => {
-                running.insert(stage, bar_with(stage_sentence(stage), total));
+            StageEvent::Started { stage, total } => {
+                running.insert(stage, bar_with(stage, total));
             }
-            PrepEvent::Advanced { stage, count } => {
+            StageEvent::Advanced { stage, count } => {
                 if let Some(bar) = running.get(&stage) {
                     bar.inc(count);
                 }
             }
-            PrepEvent::Finished { stage } => {
+            StageEvent::Finished { stage } => {
                 if let Some(bar) = running.remove(&stage) {
                     bar.finish_and_clear();
                 }
@@ -88,7 +67,7 @@ impl Progress {
     }
 }
 
-fn bar_with(sentence: &'static str, total: u64) -> ProgressBar {
+fn bar_with(stage: Stage, total: u64) -> ProgressBar {
     let bar = if total == 0 {
         ProgressBar::new_spinner()
     } else {
@@ -96,22 +75,7 @@ fn bar_with(sentence: &'static str, total: u64) -> ProgressBar {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         ProgressBar::new(total).with_style(style)
     };
-    bar.set_message(sentence);
+    bar.set_message(stage.0);
     bar.enable_steady_tick(TICK);
     bar
-}
-
-fn stage_sentence(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Load => "reading the mesh",
-        Stage::Capture => "capturing silhouettes",
-        Stage::Contours => "tracing contours",
-        Stage::Map => "choosing views",
-        Stage::Refine => "moving views",
-        Stage::Order => "ordering views",
-        Stage::Hull => "growing the hull",
-        Stage::Textures => "taking textures",
-        Stage::Write => "writing",
-        Stage::Evaluate => "measuring errors",
-    }
 }

@@ -1,5 +1,4 @@
-//! Hull levels side by side in one picture, as in plates 1 and 2 of the papers: drawn by rays on the CPU, flat-shaded, so that
-//! every face shows.
+//! Hull levels side by side in one picture, ray cast on the CPU, as in plates 1 and 2 of the papers.
 
 use anyhow::Context;
 use glam::{DVec2, DVec3};
@@ -88,7 +87,7 @@ mod tests {
 
     #[test]
     fn every_level_is_seen_on_white() {
-        let mesh = silmap_preprocess::models::torus(200);
+        let mesh = silmap_models::torus(200);
         let mut larger = mesh.clone();
         for p in &mut larger.positions {
             *p *= 1.5;

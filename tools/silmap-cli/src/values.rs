@@ -1,4 +1,4 @@
-//! Values of options: points, sizes, shares, lengths and colours, as people type them.
+//! Parsing of option values: points, sizes, shares, lengths and colours.
 
 use glam::DVec3;
 use silmap_geometry::camera::MAX_SIDE_PX;

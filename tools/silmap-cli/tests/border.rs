@@ -167,7 +167,7 @@ mod unix {
                 .args(["-c", line, env!("CARGO_BIN_EXE_silmap"), asset])
                 .output()
             else {
-                eprintln!("skipped: there is no bash here");
+                super::common::outside::skip("pipes that end early: there is no bash");
                 return;
             };
             let err = String::from_utf8_lossy(&ended.stderr);

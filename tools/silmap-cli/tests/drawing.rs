@@ -450,7 +450,7 @@ fn bench_says_what_scripts_read() {
     let measured = run_json(&[&bench[..], &small, &["--comparison", "--json"]].concat());
     let comparison = &measured["comparison"];
     assert_eq!(comparison["levels"].as_array().unwrap().len(), 2);
-    for method in silmap_exact::Method::ALL {
+    for method in silmap_exact::ExtractionMethod::ALL {
         let pointer = format!("/frames/faces_in_the_same_time/{method}");
         let pairs = comparison.pointer(&pointer).unwrap().as_array().unwrap();
         assert_eq!((pairs.len(), &pairs[0][0]), (2, &500.into()), "{method}");

@@ -17,7 +17,7 @@ use glam::DVec2;
 use serde_json::{Value, json};
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_even_odd;
-use silmap_preprocess::mesh_io::{self, LoadOptions};
+use silmap_mesh_io::{self as mesh_io, LoadOptions};
 
 /// Where map projections put things.
 const FAR: [f64; 3] = [500_000.0, 5_400_000.0, 200.0];

@@ -163,7 +163,7 @@ fn extraction_is_compared_on_request() {
     assert_eq!(levels.len(), 2, "500 faces, and the model");
     for level in levels {
         let methods = level["methods"].as_object().unwrap();
-        assert_eq!(methods.len(), silmap_exact::Method::ALL.len());
+        assert_eq!(methods.len(), silmap_exact::ExtractionMethod::ALL.len());
         for viewpoints in ["walk", "scattered"] {
             let found: Vec<f64> = (methods.values())
                 .map(|m| m[viewpoints]["silhouette_edges"].as_f64().unwrap())

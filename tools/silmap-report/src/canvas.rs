@@ -1,10 +1,11 @@
-//! Pictures of things in space without a graphics device: shaded triangles and lines that know what hides them.
+//! A CPU canvas with a depth buffer: shaded triangles and lines.
 //!
 //! Everything is drawn at [`SAMPLES`] times the size and averaged, in linear light. Good for some dozen pictures in a page,
 //! and the same on every machine.
 
 use glam::{DVec2, DVec3};
 use silmap_geometry::lighting::{irradiance, linear_from_srgb, srgb_from_linear};
+use silmap_geometry::raster::{ImageTriangle, ImageVertex};
 use silmap_geometry::{Camera, ColourImage, TriangleMesh};
 
 use crate::palette::Rgb;
@@ -76,43 +77,21 @@ impl Canvas {
         faces: &[[u32; 3]],
         shade: impl Fn(usize, [f64; 3]) -> Linear,
     ) {
-        let seen: Vec<(DVec2, f64)> = positions.iter().map(|&p| self.seen(p)).collect();
+        let seen = positions
+            .iter()
+            .map(|&p| ImageVertex::project(&self.camera, p));
+        let seen: Vec<ImageVertex> = seen.collect();
         for (f, face) in faces.iter().enumerate() {
             let corners = face.map(|v| seen[v as usize]);
-            if corners.iter().all(|c| c.1 > 0.0) {
-                self.draw_face(corners, |weights| shade(f, weights));
-            }
-        }
-    }
-
-    fn draw_face(&mut self, corners: [(DVec2, f64); 3], shade: impl Fn([f64; 3]) -> Linear) {
-        let [a, b, c] = corners.map(|corner| corner.0);
-        // Counter-clockwise seen from outside is clockwise with y down.
-        let area = (c - a).perp_dot(b - a);
-        if area <= 0.0 || area.is_nan() {
-            return;
-        }
-        let (width, height) = (self.camera.width_px, self.camera.height_px);
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        for y in pixels_between(low.y, high.y, height) {
-            for x in pixels_between(low.x, high.x, width) {
-                let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                let flat = [
-                    (c - p).perp_dot(b - p) / area,
-                    (a - p).perp_dot(c - p) / area,
-                    (b - p).perp_dot(a - p) / area,
-                ];
-                if flat.iter().any(|w| *w < 0.0) {
-                    continue;
-                }
-                let nearness: f64 = (0..3).map(|k| flat[k] * corners[k].1).sum();
-                let at = self.index(x, y);
-                if nearness > self.nearness[at] {
-                    self.nearness[at] = nearness;
-                    let weights: [f64; 3] =
-                        std::array::from_fn(|k| flat[k] * corners[k].1 / nearness);
-                    self.colours[at] = shade(weights);
-                }
+            if let Some(triangle) = ImageTriangle::of_vertices(corners) {
+                triangle.visit(&self.camera, |sample| {
+                    let nearness = &mut self.nearness[sample.pixel];
+                    if sample.inverse_depth > *nearness {
+                        *nearness = sample.inverse_depth;
+                        let weights = triangle.object_weights(sample.image_weights);
+                        self.colours[sample.pixel] = shade(f, weights);
+                    }
+                });
             }
         }
     }

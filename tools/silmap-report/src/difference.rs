@@ -1,4 +1,4 @@
-//! What is wrong at a viewpoint, pixel by pixel: red is too much, blue is too little.
+//! Difference pictures: red where the outline covers too much, blue where it covers too little.
 
 use silmap_geometry::{ColourImage, Mask};
 

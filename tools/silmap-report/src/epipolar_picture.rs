@@ -7,7 +7,7 @@ use std::fmt::Write;
 use glam::DVec2;
 use silmap_geometry::{Camera, Loop};
 use silmap_map::epipolar::{EpipolarFrame, project};
-use silmap_map::{CapturedView, Method, Scratch, SilhouetteMap};
+use silmap_map::{CapturedView, MapReader, Method, SilhouetteMap};
 
 use crate::palette;
 
@@ -102,7 +102,7 @@ fn halfway(
     let eye = one.camera.eye.midpoint(two.camera.eye);
     let size = (map.resolution_px, map.resolution_px);
     let camera = Camera::fit_sphere(eye, map.center, map.radius, None, size).ok()?;
-    let mut scratch = Scratch::new(map).ok()?;
+    let mut scratch = MapReader::new(map).ok()?;
     let outline = silmap_map::outline(map, &camera, method, &mut scratch).ok()?;
     Some(rectified(frame, &camera, outline.simple_loops()))
 }

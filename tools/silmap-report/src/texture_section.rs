@@ -1,4 +1,4 @@
-//! The section of the page on what the hull is painted with.
+//! The page's section on textures.
 
 use maud::{Markup, html};
 use silmap_measure::TextureFigures;

@@ -1,4 +1,4 @@
-//! How numbers are written on the page.
+//! Formatting of numbers on the page.
 
 /// A share in percent with three digits behind the point: escaped pixels are counted in hundredths of a percent.
 pub(crate) fn percent(share: f64) -> String {

@@ -1,8 +1,9 @@
-//! Development tasks: `cargo xtask check-deps` holds the crates to their arrows, `cargo xtask bless` accepts what a test
+//! Development tasks: `cargo xtask check-deps` checks the dependencies of crates and modules, `cargo xtask bless` accepts what a test
 //! produced as its new reference.
 
 mod bless;
 mod check_deps;
+mod module_cycles;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
-  check-deps       fails when a crate depends on one it may not know
+  check-deps       fails when a crate depends on one it may not know, or modules of a crate depend on each other
   bless            lists references that a test run found different or missing
   bless NAME...    accepts what the tests produced for them (`bless --all` for every one)
 ";

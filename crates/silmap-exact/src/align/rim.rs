@@ -1,4 +1,4 @@
-//! Points of two outlines with normals: of a traced one in an image, and of a model's, where each is known in space.
+//! Outline points with normals: of an outline traced in an image, and of a model's outline with positions in space.
 
 use glam::{DVec2, DVec3};
 use silmap_geometry::Camera;

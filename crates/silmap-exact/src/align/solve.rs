@@ -1,4 +1,4 @@
-//! Six linear equations for a small motion.
+//! The 6 × 6 linear system of a small rigid motion.
 
 use glam::DVec3;
 

@@ -3,8 +3,9 @@
 use super::refine_pose as refine_pose_watched;
 use super::*;
 use crate::test_meshes::torus;
-use silmap_geometry::Mask;
+use crate::watch::heard;
 use silmap_geometry::polygon::fill_non_zero;
+use silmap_geometry::{Mask, StageEvent};
 
 const SIZE: (u32, u32) = (256, 256);
 
@@ -14,7 +15,7 @@ fn refine_pose(
     start: &Camera,
     params: &AlignParams,
 ) -> Result<Pose, AlignError> {
-    refine_pose_watched(mesh, outline, start, params, &mut |_| true)
+    refine_pose_watched(mesh, outline, start, params, &Watch::silent())
 }
 
 /// A ring that is thicker on one side, bent, and with a bump: no turn leaves it as it is.
@@ -199,26 +200,21 @@ fn it_counts_rounds_and_stops_when_told() {
         rounds: 4,
         ..AlignParams::default()
     };
-    let mut told = Vec::new();
-    let mut watch = |advance| {
-        told.push(advance);
-        true
-    };
-    let pose = refine_pose_watched(&mesh, &strange, &truth, &params, &mut watch).unwrap();
-    assert_eq!(told.len(), pose.rounds as usize);
-    assert!(
-        (0..).zip(&told).all(|(k, a)| a.done == k && a.total == 28),
-        "{told:?}"
-    );
-    assert!(pose.rounds > 4, "one start alone");
-    for stop_at in [0, 1, 6] {
-        let mut calls = 0;
-        let mut watch = |_| {
-            calls += 1;
-            calls <= stop_at
-        };
-        let stopped = refine_pose_watched(&mesh, &strange, &truth, &params, &mut watch);
-        assert_eq!(stopped, Err(AlignError::Interrupted));
-        assert_eq!(calls, stop_at + 1);
+    let told = heard(usize::MAX, |watch| {
+        let pose = refine_pose_watched(&mesh, &strange, &truth, &params, watch).unwrap();
+        assert!(pose.rounds > 4, "one start alone");
+    });
+    let stage = FIT;
+    assert_eq!(told[0], StageEvent::Started { stage, total: 28 });
+    assert_eq!(told.last(), Some(&StageEvent::Finished { stage }));
+    let round = StageEvent::Advanced { stage, count: 1 };
+    let rounds = &told[1..told.len() - 1];
+    assert!(rounds.len() > 4 && rounds.iter().all(|event| *event == round));
+    for last in [1, 2, 7] {
+        let heard = heard(last, |watch| {
+            let stopped = refine_pose_watched(&mesh, &strange, &truth, &params, watch);
+            assert_eq!(stopped, Err(AlignError::Interrupted(Interrupted)));
+        });
+        assert_eq!(heard, told[..last]);
     }
 }

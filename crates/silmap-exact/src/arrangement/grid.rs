@@ -1,4 +1,4 @@
-//! A grid over the image: which segments pass through a cell, and through a row.
+//! A uniform grid over the image: the segments that pass through each cell and each row.
 
 use glam::DVec2;
 

@@ -1,4 +1,4 @@
-//! Building the forest: from one node for each edge, the join that saves most, again and again.
+//! Building the cone forest: greedy agglomeration from one node per edge.
 //!
 //! Two roots may be joined by a new parent, by one adopting the other, or by merging. A root's predicted cost is the
 //! test of its cones and, with the probability that a viewpoint lies in neither of them, that of its edges and children.
@@ -8,15 +8,13 @@
 //! sphere, instead of in a large ball. Roots are candidates when edges of theirs share a mesh vertex; the paper found
 //! that similarity of normals adds little. At the end a node whose test does not pay is taken out.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
 use rayon::prelude::*;
 use silmap_geometry::lp::HalfSpace;
+use silmap_geometry::{CostQueue, Interrupted};
 
 use super::cone::{ConePair, Plane, normal, planes_of};
 use crate::edge_mesh::EdgeMesh;
-use crate::watch::{Counter, Stopped};
+use crate::watch::Counter;
 
 /// Cost of testing a node over that of testing an edge: the paper's k_a/k_e.
 const NODE_COST: f64 = 4.0 / 3.0;
@@ -76,41 +74,12 @@ enum Join {
     Merge,
 }
 
-/// A join of two roots that may be made. Larger is better.
-#[derive(Clone, Copy, Debug)]
+/// A join of two roots that may be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    saving: f64,
-    join: Join,
     a: u32,
     b: u32,
-}
-
-impl Candidate {
-    fn key(&self) -> impl Ord {
-        (self.a, self.b, self.join)
-    }
-}
-
-impl PartialEq for Candidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Candidate {}
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Candidate {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.saving
-            .total_cmp(&other.saving)
-            .then_with(|| other.key().cmp(&self.key()))
-    }
+    join: Join,
 }
 
 /// Buffers of one evaluation after the other.
@@ -139,12 +108,13 @@ const EDGES_AT_ONCE: usize = 1 << 11;
 /// whose planes are looked at.
 pub(super) fn build_forest(
     mesh: &EdgeMesh,
-    counter: &mut Counter<'_, '_>,
-) -> Result<BuiltForest, Stopped> {
+    counter: &mut Counter<'_>,
+) -> Result<BuiltForest, Interrupted> {
     let mut builder = Builder::new(mesh, counter)?;
-    let mut heap = BinaryHeap::from(builder.first_candidates(counter)?);
+    let first = builder.first_candidates(counter)?;
+    let mut queue: CostQueue<Candidate> = first.into_iter().collect();
     let mut scratch = Scratch::default();
-    while let Some(candidate) = heap.pop() {
+    while let Some((_, candidate)) = queue.pop() {
         let (Some(a), Some(b)) = (builder.node(candidate.a), builder.node(candidate.b)) else {
             counter.step(1)?;
             continue;
@@ -153,7 +123,7 @@ pub(super) fn build_forest(
         counter.advance(1);
         let links = std::mem::take(&mut builder.links[joined as usize]);
         for &other in &links {
-            heap.extend(builder.evaluate(joined, other, &mut scratch));
+            queue.extend(builder.evaluate(joined, other, &mut scratch));
             counter.step(1 + scratch.planes.len() as u64)?;
         }
         builder.links[joined as usize] = links;
@@ -162,7 +132,7 @@ pub(super) fn build_forest(
 }
 
 impl Builder {
-    fn new(mesh: &EdgeMesh, counter: &mut Counter<'_, '_>) -> Result<Self, Stopped> {
+    fn new(mesh: &EdgeMesh, counter: &mut Counter<'_>) -> Result<Self, Interrupted> {
         let planes = planes_of(mesh);
         let edge_count = mesh.edges().len();
         let node_of = |scratch: &mut Scratch, edge: usize| {
@@ -203,7 +173,10 @@ impl Builder {
         self.node_of_root[root as usize]
     }
 
-    fn first_candidates(&self, counter: &mut Counter<'_, '_>) -> Result<Vec<Candidate>, Stopped> {
+    fn first_candidates(
+        &self,
+        counter: &mut Counter<'_>,
+    ) -> Result<Vec<(f64, Candidate)>, Interrupted> {
         let mut candidates = Vec::new();
         let edge_count = self.links.len();
         for first in (0..edge_count).step_by(EDGES_AT_ONCE) {
@@ -225,8 +198,8 @@ impl Builder {
         Ok(candidates)
     }
 
-    /// The best join of two roots, if one saves anything.
-    fn evaluate(&self, a: u32, b: u32, scratch: &mut Scratch) -> Option<Candidate> {
+    /// The best join of two roots and its cost, less than nothing, if it saves anything.
+    fn evaluate(&self, a: u32, b: u32, scratch: &mut Scratch) -> Option<(f64, Candidate)> {
         let first = &self.nodes[self.node(a)? as usize];
         let second = &self.nodes[self.node(b)? as usize];
         scratch.planes.clear();
@@ -257,7 +230,7 @@ impl Builder {
         // What rounding decides is a tie: else a large root in a flat region might take in one edge after the other, and look at all of
         // its faces each time. Of equal joins that of the older roots comes first.
         let saving = f64::from((NODE_COST - cost) as f32);
-        (saving > 0.0).then_some(Candidate { saving, join, a, b })
+        (saving > 0.0).then_some((-saving, Candidate { a, b, join }))
     }
 
     /// Makes a join; returns the new root.

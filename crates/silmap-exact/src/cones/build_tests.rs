@@ -1,14 +1,16 @@
-//! What building the forest costs where many edges meet.
+//! The cost of building the forest where many edges meet.
 
 use super::*;
+use crate::ConeForest;
 use crate::test_meshes::{bicone, flat_drum, torus};
-use crate::watch::unwatched;
+use crate::watch::{SEARCH, heard};
+use silmap_geometry::{StageEvent, Watch};
 
 /// Links between edges at the beginning, and faces that were looked at in the end.
 fn work(mesh: &silmap_geometry::TriangleMesh) -> (usize, u64) {
     let mesh = EdgeMesh::new(mesh).expect("the test meshes are manifold");
-    let mut watch = unwatched;
-    let mut counter = Counter::new(&mut watch, 0, 1 << 14);
+    let watch = Watch::silent();
+    let mut counter = Counter::start(&watch, SEARCH, 0, 1 << 14);
     let links = links_at_vertices(&mesh).iter().map(Vec::len).sum();
     build_forest(&mesh, &mut counter).expect("nobody stops it");
     (links, counter.steps())
@@ -71,22 +73,27 @@ fn what_is_beside_a_flat_lid_is_not_looked_at_whenever_the_lid_grows() {
 #[test]
 fn the_work_ends_when_its_watcher_says_so() {
     let mesh = EdgeMesh::new(&bicone(300)).expect("a bicone is manifold");
-    let mut calls = 0;
-    let mut last = 0;
-    let mut count = |advance: crate::Advance| {
-        assert!(advance.done >= last && advance.done <= advance.total);
-        (calls, last) = (calls + 1, advance.done);
-        true
-    };
-    super::super::ConeForest::watched(&mesh, &mut count).expect("nobody stops it");
-    assert!(calls > 4 && last > 0, "{calls} calls, {last} done");
-    for end in 0..calls {
-        let mut calls = 0;
-        let stopped = super::super::ConeForest::watched(&mesh, &mut |_| {
-            calls += 1;
-            calls <= end
+    let told = heard(usize::MAX, |watch| {
+        ConeForest::watched(&mesh, watch).expect("nobody stops it");
+    });
+    let total = 2 * mesh.edges().len() as u64;
+    let stage = SEARCH;
+    assert_eq!(told[0], StageEvent::Started { stage, total });
+    assert_eq!(told.last(), Some(&StageEvent::Finished { stage }));
+    let done = told.iter().map(|event| match event {
+        StageEvent::Advanced { count, .. } => *count,
+        _ => 0,
+    });
+    let done: u64 = done.sum();
+    assert!(
+        told.len() > 4 && done > total / 2 && done <= total,
+        "{told:?}"
+    );
+    for last in 1..told.len() {
+        let heard = heard(last, |watch| {
+            let stopped = ConeForest::watched(&mesh, watch);
+            assert_eq!(stopped.err(), Some(Interrupted));
         });
-        assert_eq!(stopped.err(), Some(Stopped));
-        assert_eq!(calls, end + 1, "it is not asked again");
+        assert_eq!(heard, told[..last], "it is not told again");
     }
 }

@@ -1,4 +1,4 @@
-//! Anchored cones: from where a set of faces is seen all from the front, or all from the back, said by two cones.
+//! Anchored cones: bounds of the viewpoints that see all of some faces from the front, or all from the back.
 //!
 //! Both cones have the same angle and opposite axes. The axis is the one for which the largest cone fits: it passes
 //! through the point of the convex hull of the face normals that is nearest to the origin. The apexes are as far along

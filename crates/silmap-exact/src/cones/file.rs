@@ -1,4 +1,4 @@
-//! The forest as a file.
+//! The cone forest's file format.
 //!
 //! All numbers are little-endian, of four bytes if not said otherwise:
 //!

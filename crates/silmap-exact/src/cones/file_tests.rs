@@ -1,11 +1,11 @@
-//! Forests come back from their bytes, and from no others.
+//! Forests survive a round trip through their bytes; changed bytes are refused.
 
 use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
 use crate::test_meshes::{bumpy_torus, cube, shaken_torus, torus};
-use crate::{DirectedEdge, Extractor, Method, Viewpoint};
+use crate::{DirectedEdge, ExtractionMethod, Extractor, Viewpoint};
 
 fn found(extractor: &mut Extractor<'_>, eye: DVec3) -> Vec<DirectedEdge> {
     let mut edges = Vec::new();
@@ -108,7 +108,7 @@ proptest! {
             Ok(forest) => {
                 prop_assert!(is_sealed || bytes == before);
                 let eye = DVec3::from(eye);
-                let mut brute = Extractor::new(&edge_mesh, Method::Brute);
+                let mut brute = Extractor::new(&edge_mesh, ExtractionMethod::Brute);
                 let mut extractor = Extractor::with_forest(&edge_mesh, &forest);
                 prop_assert_eq!(found(&mut extractor, eye), found(&mut brute, eye));
             }

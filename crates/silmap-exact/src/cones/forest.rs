@@ -1,18 +1,19 @@
-//! The forest of anchored cones as it is kept: nodes in depth-first order.
+//! The forest of anchored cones in memory: nodes in depth-first order.
 
 use std::ops::Range;
 
 use silmap_geometry::lp::HalfSpace;
+use silmap_geometry::{Interrupted, Watch};
 
 use super::build::{BuiltForest, build_forest};
 use super::cone::{ConePair, Plane, planes_of};
-use crate::watch::{Counter, unwatched};
-use crate::{EdgeMesh, Stopped, Watch};
+use crate::EdgeMesh;
+use crate::watch::{Counter, SEARCH};
 
 /// Faces whose planes are looked at between one call of the watcher and the next: some milliseconds.
 const FACES_UNWATCHED: u64 = 1 << 14;
 
-/// The forest that [`Method::Cones`](crate::Method::Cones) searches: clusters of edges, each with anchored cones from
+/// The forest that [`ExtractionMethod::Cones`](crate::ExtractionMethod::Cones) searches: clusters of edges, each with anchored cones from
 /// which all its faces look one way.
 ///
 /// Building takes seconds, so it can be saved ([`Self::to_bytes`]) and read again ([`Self::from_bytes`]).
@@ -41,18 +42,20 @@ impl ConeForest {
     /// Builds the forest of a mesh: about 10 s for 70,000 faces.
     #[must_use]
     pub fn new(mesh: &EdgeMesh) -> Self {
-        let built = Self::watched(mesh, &mut unwatched);
-        built.unwrap_or_else(|Stopped| unreachable!("nobody stops it"))
+        let built = Self::watched(mesh, &Watch::silent());
+        built.unwrap_or_else(|Interrupted| unreachable!("nobody stops it"))
     }
 
-    /// As [`Self::new`]; `watch` counts edges, looked at and then joined, and may end the work.
+    /// As [`Self::new`]; the stage [`SEARCH`] counts edges, looked at and then joined.
     ///
     /// # Errors
-    /// When `watch` ends the work.
-    pub fn watched(mesh: &EdgeMesh, watch: &mut Watch<'_>) -> Result<Self, Stopped> {
+    /// When the caller asks to stop.
+    pub fn watched(mesh: &EdgeMesh, watch: &Watch<'_>) -> Result<Self, Interrupted> {
         let total = 2 * mesh.edges().len() as u64;
-        let mut counter = Counter::new(watch, total, FACES_UNWATCHED);
-        build_forest(mesh, &mut counter).map(Self::from)
+        let mut counter = Counter::start(watch, SEARCH, total, FACES_UNWATCHED);
+        let built = build_forest(mesh, &mut counter)?;
+        counter.finish();
+        Ok(Self::from(built))
     }
 
     /// Of a node its own edges.

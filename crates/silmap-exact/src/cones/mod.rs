@@ -1,4 +1,4 @@
-//! A forest whose nodes are bounded by anchored cones.
+//! Extraction by a forest whose nodes are bounded by anchored cones.
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 5.
 

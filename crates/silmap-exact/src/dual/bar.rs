@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::partition::{Draft, LEAF_POINTS, Point};
+use super::points::{Draft, LEAF_POINTS, Point};
 
 /// A region's largest extent over its smallest, across the directions of cuts, is at most this.
 pub(super) const MOST_ASPECT: f64 = 6.0;

@@ -1,4 +1,4 @@
-//! Regions are fat, trees balanced, wherever the points lie.
+//! Regions stay fat and trees balanced for all point distributions.
 
 use proptest::prelude::*;
 

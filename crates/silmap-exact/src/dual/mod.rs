@@ -1,4 +1,4 @@
-//! Silhouettes of a moving viewpoint: only what changes is looked for.
+//! Incremental silhouettes of a moving viewpoint, by point-plane duality.
 //!
 //! In dual space a face's plane is a point and a viewpoint is a plane. When the viewpoint moves, the faces that turn are
 //! the points in the double wedge between the old and the new plane, and only their edges can join or leave the
@@ -13,13 +13,14 @@
 mod bar;
 mod octree;
 mod partition;
+mod points;
 mod queries;
 mod search;
 
 pub(crate) use self::partition::Division;
 pub use self::queries::DualSpace;
 
-use self::partition::{Partition, Side};
+use self::partition::{EdgeFace, Partition};
 use crate::brute::Brute;
 use crate::edge_mesh::EdgeMesh;
 use crate::viewpoint::Query;
@@ -43,7 +44,7 @@ pub(crate) struct MovingSilhouette {
     /// Buffer: places in `silhouette` of edges that left it.
     holes: Vec<u32>,
     /// Buffer: what turned.
-    turned: Vec<Side>,
+    turned: Vec<EdgeFace>,
 }
 
 impl MovingSilhouette {
@@ -137,7 +138,7 @@ impl MovingSilhouette {
 
     /// One face of an edge turned; given is the side that is in front if the other face looks the other way.
     #[inline(always)]
-    fn toggle(&mut self, side: Side) {
+    fn toggle(&mut self, side: EdgeFace) {
         let (ends, place) = &mut self.edges[side.number() as usize];
         if *place != NOT_ON_SILHOUETTE {
             self.holes.push(*place);

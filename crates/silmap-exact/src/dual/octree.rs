@@ -1,8 +1,8 @@
-//! An octree of the points of a chart: the cube is cut into eight, and these again.
+//! An octree of the points of a chart.
 //!
 //! Source: as for the parent module, section 2.1.
 
-use super::partition::{Draft, LEAF_POINTS, Point};
+use super::points::{Draft, LEAF_POINTS, Point};
 
 /// Cubes are halved at most so often: points may coincide.
 const MOST_DEPTH: u32 = 24;

@@ -1,4 +1,4 @@
-//! Faces as points of dual space, in regions of a tree.
+//! Faces as points of dual space, partitioned by a tree.
 //!
 //! A plane of normal n and offset d is the direction (n, d) of four-space. Its largest coordinate says which of eight
 //! charts it lies in, and the other three over the largest where in the chart: dual space in eight cubes, none of which
@@ -13,13 +13,11 @@ use std::ops::Range;
 
 use glam::Vec4;
 
+use super::points::{Draft, Point};
 use super::{bar, octree};
 use crate::edge_mesh::EdgeMesh;
 use crate::level_order::{LevelOrder, SPARE, level_order};
 use crate::plane_block::{LANES, PlaneBlock};
-
-/// Points of a region that is not divided further.
-pub(super) const LEAF_POINTS: usize = 32;
 
 /// How dual space is divided into regions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,9 +62,9 @@ impl Region {
 
 /// An edge, by its number here, and which of its faces is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Side(u32);
+pub(super) struct EdgeFace(u32);
 
-impl Side {
+impl EdgeFace {
     fn new(number: u32, is_left: bool) -> Self {
         Self(2 * number + u32::from(is_left))
     }
@@ -86,21 +84,6 @@ impl Side {
     }
 }
 
-/// A face's point: its chart, and its homogeneous coordinates over the largest.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub(super) face: u32,
-    pub(super) chart: u8,
-    pub(super) at: [f64; 4],
-}
-
-/// A region while the tree is built: its points, and how many regions are directly below it.
-#[derive(Clone, Debug)]
-pub(super) struct Draft {
-    pub(super) points: Range<usize>,
-    pub(super) child_count: u32,
-}
-
 /// The tree, and what is known for the last viewpoint.
 #[derive(Clone, Debug)]
 pub(super) struct Partition {
@@ -111,8 +94,8 @@ pub(super) struct Partition {
     /// The faces in the blocks; places beyond the last face repeat the first.
     pub(super) block_faces: Vec<[u32; LANES]>,
     /// The edges of the blocks' faces.
-    pub(super) block_sides: Vec<[[Side; 3]; LANES]>,
-    pub(super) outer_sides: Vec<Side>,
+    pub(super) block_sides: Vec<[[EdgeFace; 3]; LANES]>,
+    pub(super) outer_sides: Vec<EdgeFace>,
     /// Of each edge of the mesh its number here, which follows the order of points: what turns together lies together.
     numbers: Vec<u32>,
     /// Faces whose planes are not known well enough to be points.
@@ -190,10 +173,10 @@ impl Partition {
     }
 
     /// The edges of a face.
-    pub(super) fn sides_of(&self, mesh: &EdgeMesh, face: u32) -> [Side; 3] {
+    pub(super) fn sides_of(&self, mesh: &EdgeMesh, face: u32) -> [EdgeFace; 3] {
         mesh.face_edges()[face as usize].map(|edge| {
             let is_left = mesh.edge_faces()[edge as usize][0] == face;
-            Side::new(self.numbers[edge as usize], is_left)
+            EdgeFace::new(self.numbers[edge as usize], is_left)
         })
     }
 

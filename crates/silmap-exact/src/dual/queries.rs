@@ -1,5 +1,4 @@
-//! Other questions that dual space answers: what is seen from behind, what is nearly a silhouette, and what is one from anywhere in a
-//! triangle of viewpoints.
+//! Further queries in dual space: back faces, near-silhouettes, and silhouettes from anywhere in a triangle of viewpoints.
 //!
 //! Source: as for the parent module, sections 2.2.1 to 2.2.3. Deviations: near-silhouettes are bounded by two planes parallel to the
 //! viewplane of homogeneous dual space, which is a bound on the eye's distance from a face's plane; and of a triangle's multi-wedge

@@ -1,4 +1,4 @@
-//! Going down a tree of regions: what lies in a double wedge, and which regions look one way.
+//! Searching a tree of regions for the points in a double wedge.
 //!
 //! A region whose box lies all within the wedge turns as a whole. Edges between two faces of it change nothing, so only
 //! the edges to faces outside are reported, which belong to the faces of L_out in the source; the others, L_in, are
@@ -11,7 +11,7 @@
 
 use glam::Vec4;
 
-use super::partition::{Partition, Region, Side};
+use super::partition::{EdgeFace, Partition, Region};
 use crate::Viewpoint;
 use crate::edge_mesh::EdgeMesh;
 use crate::level_order::write_range;
@@ -88,7 +88,7 @@ impl Partition {
         mesh: &EdgeMesh,
         old: &Query,
         view: (&Viewpoint, &Query),
-        turned: &mut Vec<Side>,
+        turned: &mut Vec<EdgeFace>,
     ) -> usize {
         for k in 0..self.unknown.len() {
             let is_front = mesh.is_front(self.unknown[k], view.0, view.1);
@@ -103,7 +103,7 @@ impl Partition {
     }
 
     /// Notes the blocks that are to be tested; returns their number and that of regions visited.
-    fn search(&mut self, (old, new): (&Dual, &Dual), turned: &mut Vec<Side>) -> (usize, usize) {
+    fn search(&mut self, (old, new): (&Dual, &Dual), turned: &mut Vec<EdgeFace>) -> (usize, usize) {
         let (mut tested, mut visited, mut noted) = (0, 0, 0);
         write_range(&mut self.visited, &mut noted, 0, self.root_count);
         while visited < noted {
@@ -146,7 +146,7 @@ impl Partition {
     }
 
     /// All of a region turns.
-    fn turn(&mut self, region: u32, is_front: bool, turned: &mut Vec<Side>) {
+    fn turn(&mut self, region: u32, is_front: bool, turned: &mut Vec<EdgeFace>) {
         let region = &self.regions[region as usize];
         let outer = self.outer_sides[region.outer()].iter();
         turned.extend(outer.map(|side| side.in_front(is_front)));
@@ -160,7 +160,7 @@ impl Partition {
         mesh: &EdgeMesh,
         tested: usize,
         (viewpoint, query): (&Viewpoint, &Query),
-        turned: &mut Vec<Side>,
+        turned: &mut Vec<EdgeFace>,
     ) {
         let mut changed_count = 0;
         for (place, &block) in self.tested[..tested].iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What the corners of faces look like while edges are collapsed.
+//! Colours and texture coordinates of face corners during edge collapses.
 //!
 //! Corners at one vertex share a look where colour and texture coordinates run on from face to face. Where they do not, the edge
 //! between is a seam, and texture coordinates must never be mixed across it. So a vertex on a seam only slides along it, and the end

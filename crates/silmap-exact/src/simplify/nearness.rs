@@ -1,10 +1,10 @@
-//! How near vertices are to the silhouettes that are to be kept.
+//! The angular distance of vertices from the silhouettes to be kept.
 
 use glam::DVec3;
-use silmap_geometry::TriangleMesh;
+use silmap_geometry::{Interrupted, TriangleMesh};
 
-use super::{Counter, SimplifyError};
 use crate::is_front_facing;
+use crate::watch::Counter;
 
 /// Per vertex, how near it is to a silhouette from any of `eyes`: one on a silhouette edge, falling to zero where all its faces are
 /// seen at more than `band_rad` from edge-on.
@@ -21,11 +21,11 @@ pub(super) fn watched_nearness(
     mesh: &TriangleMesh,
     eyes: &[DVec3],
     band_rad: f64,
-    counter: &mut Counter<'_, '_>,
-) -> Result<Vec<f64>, SimplifyError> {
+    counter: &mut Counter<'_>,
+) -> Result<Vec<f64>, Interrupted> {
     let mut field = Nearness::new(mesh);
     for (k, &eye) in eyes.iter().enumerate() {
-        counter.tell((k * mesh.faces.len()) as u64)?;
+        counter.tell_done((k * mesh.faces.len()) as u64)?;
         field.look_from(eye, band_rad);
     }
     Ok(field.nearness)

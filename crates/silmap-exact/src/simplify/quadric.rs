@@ -1,4 +1,4 @@
-//! The error of a place: squared distances to planes, weighted by area.
+//! Quadric error: area-weighted squared distances of a point to planes.
 //!
 //! Source: M. Garland, P. Heckbert. Surface Simplification Using Quadric Error Metrics. SIGGRAPH 1997, section 3.
 

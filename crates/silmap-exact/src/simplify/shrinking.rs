@@ -1,4 +1,4 @@
-//! A closed mesh while edges are collapsed.
+//! A closed mesh under edge collapses.
 
 use glam::DVec3;
 

@@ -1,12 +1,13 @@
-//! Silhouettes survive where they are looked at.
+//! Silhouettes are preserved from the given viewpoints.
 
 use glam::DVec2;
 use silmap_geometry::polygon::{Loop, fill_non_zero};
-use silmap_geometry::{Camera, Mask, Material};
+use silmap_geometry::{Camera, Mask, Material, StageEvent};
 
 use super::simplify as simplify_watched;
 use super::*;
 use crate::test_meshes::{bicone, flat_drum, torus};
+use crate::watch::heard;
 use crate::{Outliner, silhouette_edges};
 
 fn simplify(
@@ -14,7 +15,7 @@ fn simplify(
     eyes: &[DVec3],
     params: &SimplifyParams,
 ) -> Result<TriangleMesh, SimplifyError> {
-    simplify_watched(mesh, eyes, params, &mut |_| true).map(|simplified| simplified.mesh)
+    simplify_watched(mesh, eyes, params, &Watch::silent()).map(|simplified| simplified.mesh)
 }
 
 /// A fine torus with waves all over it.
@@ -150,29 +151,28 @@ fn it_goes_as_far_as_it_can_and_bad_parameters_are_named() {
 fn it_tells_how_far_it_is_and_stops_when_told() {
     let mesh = wavy();
     let eyes = [DVec3::new(1.0, 4.0, 2.0), DVec3::Z * 5.0];
-    let mut told = Vec::new();
-    let mut watch = |advance| {
-        told.push(advance);
-        true
+    let told = heard(usize::MAX, |watch| {
+        simplify_watched(&mesh, &eyes, &params(600), watch).unwrap();
+    });
+    let Some(StageEvent::Started { stage, total }) = told.first().copied() else {
+        panic!("it does not start: {told:?}");
     };
-    simplify_watched(&mesh, &eyes, &params(600), &mut watch).unwrap();
-    let last = told[told.len() - 1];
-    assert!(told.len() > 10 && told.is_sorted_by_key(|a: &Advance| a.done));
-    assert!(told.iter().all(|a| a.total == last.total));
-    assert!(
-        last.done <= last.total && last.done > last.total / 2,
-        "{last:?}"
-    );
+    assert_eq!(told.last(), Some(&StageEvent::Finished { stage }));
+    let counts = told.iter().filter_map(|event| match event {
+        StageEvent::Advanced { count, .. } => Some(*count),
+        _ => None,
+    });
+    let counts: Vec<u64> = counts.collect();
+    let done: u64 = counts.iter().sum();
+    assert!(counts.len() > 9 && counts.iter().all(|&count| count > 0));
+    assert!(done <= total && done > total / 2, "{done} of {total}");
     // Wherever it is told to stop, it calls no more.
-    for stop_at in [0, 1, 5, told.len() - 1] {
-        let mut calls = 0;
-        let mut watch = |_| {
-            calls += 1;
-            calls <= stop_at
-        };
-        let stopped = simplify_watched(&mesh, &eyes, &params(600), &mut watch);
-        assert_eq!(stopped, Err(SimplifyError::Interrupted));
-        assert_eq!(calls, stop_at + 1);
+    for last in [1, 2, 6, told.len() - 2] {
+        let heard = heard(last, |watch| {
+            let stopped = simplify_watched(&mesh, &eyes, &params(600), watch);
+            assert_eq!(stopped, Err(SimplifyError::Interrupted(Interrupted)));
+        });
+        assert_eq!(heard, told[..last]);
     }
 }
 
@@ -232,7 +232,7 @@ fn colours_and_texture_coordinates_stay_with_the_surface() {
         &mesh,
         &[DVec3::new(1.0, 4.0, 2.0)],
         &params(500),
-        &mut |_| true,
+        &Watch::silent(),
     )
     .unwrap();
     assert_eq!(simplified.stretched, 0);
@@ -285,7 +285,7 @@ fn seams_everywhere_are_torn_rather_than_the_goal_missed() {
         .map(|f| [[(f % 17) as f32 / 17.0, (f % 5) as f32 / 5.0, 0.5]; 3])
         .collect();
     let mesh = ClosedMesh::try_from(mesh).unwrap();
-    let simplified = simplify_watched(&mesh, &[], &params(300), &mut |_| true).unwrap();
+    let simplified = simplify_watched(&mesh, &[], &params(300), &Watch::silent()).unwrap();
     assert!(simplified.mesh.faces.len() <= 300);
     assert!(simplified.stretched > 0);
     // Of one colour each, still.

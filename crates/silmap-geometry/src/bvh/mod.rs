@@ -1,4 +1,4 @@
-//! A tree of boxes over the triangles of a mesh: rays, closest points, winding numbers, and box overlaps.
+//! A bounding-volume hierarchy over triangles: ray, closest-point, winding-number and box queries.
 //!
 //! Everything is f64 and relative to the query point, so that neither the model's scale nor its place in the world
 //! matters. Rays are watertight: a ray through an edge or a vertex that faces share hits at least one of them.

@@ -1,4 +1,4 @@
-//! Tighter bounds for long thin faces that lie across the axes.
+//! Oriented bounds for long thin faces that are not aligned with the axes.
 //!
 //! The faces around a vertex of high valence are needles. Boxes along the axes around needles across them nearly all overlap,
 //! and a query would meet a share of all faces. Where a box is mostly empty, a second one, turned into the faces' own

@@ -1,4 +1,4 @@
-//! Queries against fans and needles: right, and without looking at a share of all faces.
+//! Queries against fans and needles: correct, and in sublinear time.
 
 use std::hint::black_box;
 

@@ -1,4 +1,4 @@
-//! Rays against the tree.
+//! Ray queries.
 //!
 //! Source: S. Woop, C. Benthin, I. Wald. Watertight Ray/Triangle Intersection. Journal of Computer Graphics Techniques 2
 //! (1), 2013.

@@ -1,4 +1,4 @@
-//! How often the mesh winds around a point.
+//! Winding numbers of points.
 //!
 //! Source: section 7 of the 1999 silhouette-mapping paper (signed ray crossings); the solid angle is that of A. van
 //! Oosterom, J. Strackee. The Solid Angle of a Plane Triangle. IEEE Transactions on Biomedical Engineering, 1983.

@@ -1,4 +1,4 @@
-//! Making a closed, oriented manifold out of a nearly closed one, as far as that is safe.
+//! Repairing a nearly closed mesh into a closed, oriented manifold.
 //!
 //! Nothing is moved and nothing is filled (see [`crate::holes`] for that). Faces without content go: those that repeat a
 //! corner, copies, and fins (faces with a free edge that stand on a surface, or

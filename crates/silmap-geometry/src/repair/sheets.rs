@@ -1,4 +1,4 @@
-//! Taking sheets apart that touch in edges and vertices, and turning each to one side.
+//! Separating sheets that touch at edges and vertices, and orienting each.
 
 use glam::DVec3;
 

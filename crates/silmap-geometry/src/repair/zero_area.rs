@@ -1,4 +1,4 @@
-//! Turning edges under faces without area.
+//! Removing zero-area faces by edge flips.
 //!
 //! The middle corner of a face whose corners lie on one line touches the face beyond its longest edge. When that edge is
 //! exchanged for the one from the middle corner to that face's far corner, the two faces become the two halves of the
@@ -7,11 +7,13 @@
 //! Limits: a face with two corners at one place stays. Welding leaves none; they come of sheets that were taken apart and
 //! then joined by the filling of a hole, where the two vertices cannot become one again.
 
-use std::collections::{BTreeMap, BinaryHeap};
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 
 use crate::defects::has_corners_on_line;
 use crate::mesh::TriangleMesh;
 use crate::predicates::are_collinear;
+use crate::queue::CostQueue;
 
 /// Replaces the faces from `first_face` on whose corners lie on one line, where an edge can be turned for it; the mesh's
 /// coordinates are finite. Of a chain of them, the longest goes first. `face_of` names the faces, as far as it reaches.
@@ -28,11 +30,12 @@ pub fn replace_zero_area(mesh: &mut TriangleMesh, face_of: &mut [u32], first_fac
     let mut turner = Turner::new(mesh, face_of);
     loop {
         let mut has_turned = false;
-        let mut heap: BinaryHeap<(u64, u32)> =
-            found.iter().map(|&f| (turner.longest_bits(f), f)).collect();
+        // The longest first, of equals the last.
+        let entry = |turner: &Turner<'_>, f: u32| (-turner.longest(f), Reverse(f));
+        let mut queue: CostQueue<Reverse<u32>> = found.iter().map(|&f| entry(&turner, f)).collect();
         found.clear();
-        while let Some((bits, face)) = heap.pop() {
-            if !turner.is_line(face) || bits != turner.longest_bits(face) {
+        while let Some((cost, Reverse(face))) = queue.pop() {
+            if !turner.is_line(face) || -cost != turner.longest(face) {
                 continue;
             }
             let Some(beyond) = turner.turn_longest(face) else {
@@ -42,7 +45,7 @@ pub fn replace_zero_area(mesh: &mut TriangleMesh, face_of: &mut [u32], first_fac
             has_turned = true;
             for changed in [face, beyond] {
                 if turner.is_line(changed) {
-                    heap.push((turner.longest_bits(changed), changed));
+                    queue.extend([entry(&turner, changed)]);
                 }
             }
         }
@@ -101,10 +104,9 @@ impl<'a> Turner<'a> {
         lengths.into_iter().fold(0.0, f64::max)
     }
 
-    /// The longest edge's squared length as bits, which sort like the positive number.
-    fn longest_bits(&self, face: u32) -> u64 {
+    /// The squared length of a face's longest edge.
+    fn longest(&self, face: u32) -> f64 {
         self.longest_squared(self.mesh.faces[face as usize])
-            .to_bits()
     }
 
     /// Number of faces without area among two, and the sum of their longest edges: what has to become less, so that

@@ -1,4 +1,4 @@
-//! The corners of a polygon that are not cut off yet, by place: whether one of them lies in a triangle.
+//! A spatial index of a polygon's remaining corners: whether one of them lies in a triangle.
 //!
 //! A tree over all corners, halved by count along the longer side of their box. Cutting a corner off lowers the counts and shrinks the
 //! boxes above it, so that parts of the polygon that are gone are passed over.

@@ -1,4 +1,4 @@
-//! What native programs and web pages do differently.
+//! Differences between native programs and web pages.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod native;

@@ -1,4 +1,4 @@
-//! Waiting, which native programs may do.
+//! Blocking waits, for native programs.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! A web page must not wait: the browser calls back when the device is done.
+//! Waiting without blocking, for web pages: the browser calls back when the device is done.
 
 use crate::{Gpu, GpuError};
 

@@ -482,7 +482,7 @@ impl Data<'_> {
                 });
             }
         };
-        let flat = self.rows(index, "VEC3", (width, 3), |bytes| {
+        let flat = self.rows(index, "VEC3", width, 3, |bytes| {
             let value = match (component, bytes) {
                 (BYTE, &[a]) => f64::from(a.cast_signed()),
                 (SHORT, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),

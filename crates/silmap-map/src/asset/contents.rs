@@ -91,7 +91,8 @@ impl<'a> Data<'a> {
         self,
         index: usize,
         shape: &str,
-        (component_bytes, width): (usize, usize),
+        component_bytes: usize,
+        width: usize,
         read: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, AssetError> {
         let accessor = get("accessor", &self.document.accessors, index)?;
@@ -140,7 +141,7 @@ impl<'a> Data<'a> {
                 reason: format!("accessor {index} does not hold floats"),
             });
         }
-        let flat = self.rows(index, &format!("VEC{N}"), (4, N), |bytes| {
+        let flat = self.rows(index, &format!("VEC{N}"), 4, N, |bytes| {
             Decoder::new(bytes, "mesh arrays").single().unwrap_or(0.0)
         })?;
         Ok(flat.as_chunks::<N>().0.to_vec())
@@ -157,7 +158,7 @@ impl<'a> Data<'a> {
                 });
             }
         };
-        self.rows(index, "SCALAR", (width, 1), |bytes| {
+        self.rows(index, "SCALAR", width, 1, |bytes| {
             // Four bytes at most, so the cast loses nothing.
             let read = Decoder::new(bytes, "mesh arrays").low_bytes(width);
             read.unwrap_or(0) as u32

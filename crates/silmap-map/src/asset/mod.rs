@@ -3,7 +3,7 @@
 //! On disk it is a standard binary glTF 2.0 file: the coarse hull, unwelded at the atlas's seams, with the atlas as base
 //! colour and, where they were baked, its normals. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
-//! model, at the model's place. The rooms: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
+//! model, at the model's place. Modules: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
 //! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
@@ -18,6 +18,7 @@ mod levels;
 mod order;
 mod packing;
 mod paint;
+mod pictures;
 mod placement;
 mod read;
 mod references;

@@ -7,8 +7,6 @@
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::document::PlainDocument;
-
 /// Where the origin of an asset's coordinates lies. Both are zero unless the model is far from its file's origin, or the asset was
 /// moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,8 +60,7 @@ impl PlainNode {
 }
 
 /// Where the nodes put the origin of the first mesh; `None` when they do more than moving it, or no node shows it.
-pub(super) fn in_scene(document: &PlainDocument) -> Option<DVec3> {
-    let nodes = &document.nodes;
+pub(super) fn in_scene(nodes: &[PlainNode]) -> Option<DVec3> {
     let mut at = nodes.iter().position(|node| node.mesh == Some(0))?;
     let mut parents = vec![None; nodes.len()];
     for (parent, node) in nodes.iter().enumerate() {
@@ -89,7 +86,11 @@ mod tests {
 
     fn place(nodes: &str) -> Option<DVec3> {
         let text = format!("{{\"nodes\": {nodes}}}");
-        in_scene(&serde_json::from_str(&text).unwrap())
+        in_scene(
+            &serde_json::from_str::<super::super::document::PlainDocument>(&text)
+                .unwrap()
+                .nodes,
+        )
     }
 
     #[test]

@@ -11,9 +11,9 @@ use super::document::{
     EXTENSION_NAME, Extension, FORMAT_VERSION, PlainDocument, TRACE, WHOLE_FILE_VERSION,
 };
 use super::hull_mesh::{self, HullArrays};
+use super::pictures::{check_atlas_picture, check_picture};
 use super::references;
 use super::silhouettes::MapHeader;
-use super::write::{check_atlas_picture, check_picture};
 use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
     TextureView,
@@ -327,7 +327,7 @@ impl<'a> Contents<'a> {
             placement: Placement {
                 in_model,
                 // Where nodes turn the asset or scale it, it is taken as it was made.
-                in_scene: placement::in_scene(&self.document).unwrap_or(in_model),
+                in_scene: placement::in_scene(&self.document.nodes).unwrap_or(in_model),
             },
         })
     }

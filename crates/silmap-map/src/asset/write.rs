@@ -5,11 +5,10 @@ use glam::DVec3;
 use super::container::{self, CHECKSUM_BLANK};
 use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
-    TexturePart, WEBP,
+    TexturePart,
 };
-use super::{
-    Asset, AssetError, EncodedImage, hull_mesh, levels, order, paint, read, references, silhouettes,
-};
+use super::pictures::{check_atlas_picture, check_picture};
+use super::{Asset, AssetError, hull_mesh, levels, order, paint, read, references, silhouettes};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///
@@ -138,35 +137,4 @@ fn unless_zero(place: DVec3) -> Result<Option<[f64; 3]>, AssetError> {
     }
     // A zero of either sign.
     Ok((place != DVec3::ZERO).then_some(place.to_array()))
-}
-
-/// Refuses a picture whose first bytes are not those of its type.
-pub(super) fn check_picture(image: &EncodedImage, what: &'static str) -> Result<(), AssetError> {
-    let starts_with = |signature: &[u8]| image.bytes.starts_with(signature);
-    let is_right = match image.mime_type.as_str() {
-        "image/png" => starts_with(b"\x89PNG\r\n\x1a\n"),
-        "image/jpeg" => starts_with(b"\xff\xd8\xff"),
-        WEBP => starts_with(b"RIFF") && image.bytes.get(8..12) == Some(b"WEBP"),
-        _ => false,
-    };
-    if is_right {
-        return Ok(());
-    }
-    Err(not_a_picture(image, what))
-}
-
-/// Refuses what a plain glTF viewer would not read.
-pub(super) fn check_atlas_picture(image: &EncodedImage) -> Result<(), AssetError> {
-    const WHAT: &str = "of the atlas";
-    if image.mime_type == WEBP {
-        return Err(not_a_picture(image, WHAT));
-    }
-    check_picture(image, WHAT)
-}
-
-fn not_a_picture(image: &EncodedImage, what: &'static str) -> AssetError {
-    AssetError::NotAPicture {
-        what,
-        mime_type: image.mime_type.clone(),
-    }
 }

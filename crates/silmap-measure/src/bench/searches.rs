@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use silmap_exact::{EdgeMesh, Extractor, Method, Viewpoint};
-use silmap_preprocess::{Interrupted, Monitor};
+use silmap_exact::{EdgeMesh, ExtractionMethod, Extractor, Viewpoint};
+use silmap_geometry::{Interrupted, Watch};
 
 use super::median;
 
@@ -14,7 +14,7 @@ const MOST_SECONDS: f64 = 2.0;
 /// A method with what it prepared, and how long that took.
 #[derive(Debug)]
 pub(crate) struct Search<'m> {
-    pub(crate) method: Method,
+    pub(crate) method: ExtractionMethod,
     pub(crate) extractor: Extractor<'m>,
     pub(crate) build_seconds: f64,
 }
@@ -42,8 +42,8 @@ impl<'m> Search<'m> {
     /// When interrupted before.
     pub(crate) fn new(
         mesh: &'m EdgeMesh,
-        method: Method,
-        monitor: &Monitor<'_>,
+        method: ExtractionMethod,
+        monitor: &Watch<'_>,
     ) -> Result<Self, Interrupted> {
         monitor.check()?;
         let since = Instant::now();
@@ -63,7 +63,7 @@ impl<'m> Search<'m> {
     pub(crate) fn time(
         &mut self,
         eyes: &[DVec3],
-        monitor: &Monitor<'_>,
+        monitor: &Watch<'_>,
     ) -> Result<SearchTimes, Interrupted> {
         let mut edges = Vec::new();
         let mut times = SearchTimes::default();

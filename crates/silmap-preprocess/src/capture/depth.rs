@@ -1,4 +1,4 @@
-//! How deep the contour generator lies at each vertex of an outline.
+//! Depths of the contour generator at the vertices of an outline.
 //!
 //! A ray just inside the outline enters the object shortly before the point where the ray along the outline touches it, and
 //! leaves it shortly after. At a distance δ inside, on a surface of radius of curvature ρ, each is √(2ρδ) from the
@@ -187,11 +187,11 @@ impl<'a> Probe<'a> {
 mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
-    use crate::models;
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
     use crate::trace::trace_contours;
     use glam::DVec3;
     use silmap_geometry::{CoverageRule, Mask, TriangleMesh};
+    use silmap_models as models;
 
     const SIZE_PX: u32 = 512;
 

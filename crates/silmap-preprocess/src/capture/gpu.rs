@@ -1,4 +1,4 @@
-//! Masks from the graphics device, several views in flight.
+//! Rasterising masks of a mesh on the GPU, several views at a time.
 //!
 //! The device draws a view while earlier ones are on their way back, so that neither waits for the other. Vertices are
 //! rounded to the device's own grid (1/256 pixel), so pixels whose centre lies that near to an edge may differ from the

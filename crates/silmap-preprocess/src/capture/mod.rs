@@ -1,4 +1,4 @@
-//! Drawing the model from every viewpoint: where to look from, which pixels it covers, and how deep its rim lies.
+//! Silhouette capture: viewpoints, masks, and depths of the contour generator.
 //!
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. TR-1-99, Harvard University, 1999, section 3.
 //! Deviations: the paper reads masks back from a graphics board; here a processor rasteriser of integer arithmetic gives
@@ -7,14 +7,18 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use silmap_geometry::raster::RasterError;
 use silmap_geometry::{Bounds, Camera, CameraError, ClosedMesh, CoverageRule, Mask};
+#[cfg(feature = "gpu")]
 use silmap_gpu::{Gpu, GpuError};
 use thiserror::Error;
 
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 pub mod cpu;
 mod depth;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 mod rim;
 
@@ -56,8 +60,14 @@ pub enum CaptureError {
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The graphics device is missing or failed.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// This library was built without graphics devices.
+    #[error(
+        "views cannot be captured on a graphics adapter: this program was built without them (feature `gpu`)"
+    )]
+    NoGpu,
     /// The graphics device cannot draw images of this size.
     #[error(
         "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -70,34 +80,9 @@ pub enum CaptureError {
         /// The adapter's limit.
         limit: u32,
     },
-    /// Part of the model lies behind the eye or beside it, where no image reaches.
-    #[error("vertex {vertex} lies behind the eye or too close to it: move the eye farther out")]
-    BehindEye {
-        /// The first such vertex of a face.
-        vertex: u32,
-    },
-    /// Part of the model falls so far outside the image that the arithmetic would overflow.
-    #[error(
-        "vertex {vertex} falls more than {limit_px} pixels from the image: widen the field of view or move the eye out"
-    )]
-    OutOfReach {
-        /// The first such vertex of a face.
-        vertex: u32,
-        /// How far is too far, pixels.
-        limit_px: f64,
-    },
-    /// The mask handed in does not have the camera's size.
-    #[error("the mask is {mask_width} × {mask_height} pixels and the camera {width} × {height}")]
-    MaskSize {
-        /// Columns of the mask.
-        mask_width: u32,
-        /// Rows of the mask.
-        mask_height: u32,
-        /// Columns of the camera.
-        width: u32,
-        /// Rows of the camera.
-        height: u32,
-    },
+    /// The processor cannot draw the whole model.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
 }
 
 /// Cameras spread evenly on the sphere of radius `distance` about the model's center, all looking at it.
@@ -155,38 +140,48 @@ pub fn capture(
     mesh: &ClosedMesh,
     cameras: &[Camera],
     params: &CaptureParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<Mask>, CaptureError> {
-    monitor.start(Stage::Capture, cameras.len() as u64);
+    watch.start(progress::CAPTURE, cameras.len() as u64);
     let masks = match (params.backend, params.coverage) {
-        (Backend::Gpu, CoverageRule::Center) => capture_by_device(mesh, cameras, monitor)?,
+        (Backend::Gpu, CoverageRule::Center) => capture_by_device(mesh, cameras, watch)?,
         (Backend::Auto | Backend::Cpu | Backend::Gpu, _) => cameras
             .par_iter()
             .map(|camera| {
-                monitor.check()?;
+                watch.check()?;
                 let mut mask = Mask::new(camera.width_px, camera.height_px);
                 cpu::rasterise(mesh.mesh(), camera, params.coverage, &mut mask)?;
-                monitor.advance(Stage::Capture, 1);
+                watch.advance(progress::CAPTURE, 1);
                 Ok(mask)
             })
             .collect::<Result<Vec<_>, CaptureError>>()?,
     };
-    monitor.finish(Stage::Capture);
+    watch.finish(progress::CAPTURE);
     Ok(masks)
 }
 
+#[cfg(not(feature = "gpu"))]
+fn capture_by_device(
+    _: &ClosedMesh,
+    _: &[Camera],
+    _: &Watch<'_>,
+) -> Result<Vec<Mask>, CaptureError> {
+    Err(CaptureError::NoGpu)
+}
+
 /// All masks from a device of their own.
+#[cfg(feature = "gpu")]
 fn capture_by_device(
     mesh: &ClosedMesh,
     cameras: &[Camera],
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<Mask>, CaptureError> {
     let gpu = Gpu::new()?;
     let mut masks = Vec::with_capacity(cameras.len());
     gpu::GpuCapture::new(&gpu, mesh.mesh())?.capture(cameras, &mut |_, mask| {
-        monitor.check()?;
+        watch.check()?;
         masks.push(mask);
-        monitor.advance(Stage::Capture, 1);
+        watch.advance(progress::CAPTURE, 1);
         Ok(())
     })?;
     Ok(masks)

@@ -1,4 +1,4 @@
-//! Vertices where the rim turns in depth: an outline that is straight in the picture may be bent along the ray.
+//! Vertices where the contour generator bends in depth but not in the image.
 //!
 //! Simplified contours have few vertices, and between two of them depth is taken to change as along a straight line in space. Where
 //! the contour generator bends towards the eye, or one part of the object ends in front of another, that is wrong by any
@@ -230,12 +230,12 @@ impl Rim<'_> {
 mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
-    use crate::models;
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
     use crate::trace::trace_contours;
     use glam::DVec3;
     use silmap_geometry::polygon::signed_area;
     use silmap_geometry::{CoverageRule, Mask, TriangleMesh};
+    use silmap_models as models;
 
     fn captured(mesh: &TriangleMesh, direction: DVec3) -> (Camera, Vec<Loop>) {
         let bounds = mesh.bounds();

@@ -1,4 +1,4 @@
-//! Lines through stretches of a traced outline, and the removal of a vertex between two of them.
+//! Lines fitted to parts of a traced outline, and the removal of a vertex between two of them.
 //!
 //! A centre-sampled outline's cracks scatter evenly about the true line, so the least-squares line through the polyline
 //! that joins the middles of the cracks has no bias. Sums along the loop make each fit a handful of operations.
@@ -6,12 +6,11 @@
 //! Source: P. Selinger. Potrace: a polygon-based tracing algorithm. 2003, sections 2.2 and 2.3 (fits by prefix sums,
 //! vertices where fitted lines meet). Deviation: vertices go greedily instead of by shortest path.
 
-use std::ops::{Add, Sub};
-
 use glam::DVec2;
 
 use super::VERTEX_STEPS_PER_PX;
-use super::outline::{Outline, Place, Proposal, distance_squared};
+use super::moments::Line;
+use super::outline::{Place, Proposal, SimplifiedLoops, distance_squared};
 
 /// Weight of a vertex's place on the traced outline against the two lines it should lie on: keeps the crossing of two
 /// nearly parallel lines near, and shifts that of others by little.
@@ -23,89 +22,6 @@ const CORRECTIONS: usize = 6;
 const MOST_CORRECTED: f64 = 1.5;
 /// Corrections aim this far within the tolerance, pixels: rounding to the lattice moves an edge by up to half a step.
 const ROUNDING_PX: f64 = 0.5 / VERTEX_STEPS_PER_PX;
-
-/// Integrals over a polyline, by length: of 1, x, y, x², xy and y².
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Moments {
-    length: f64,
-    first: DVec2,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Add for Moments {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            length: self.length + other.length,
-            first: self.first + other.first,
-            xx: self.xx + other.xx,
-            xy: self.xy + other.xy,
-            yy: self.yy + other.yy,
-        }
-    }
-}
-
-impl Sub for Moments {
-    type Output = Self;
-
-    fn sub(self, other: Self) -> Self {
-        Self {
-            length: self.length - other.length,
-            first: self.first - other.first,
-            xx: self.xx - other.xx,
-            xy: self.xy - other.xy,
-            yy: self.yy - other.yy,
-        }
-    }
-}
-
-impl Moments {
-    pub(super) fn of_segment(a: DVec2, b: DVec2) -> Self {
-        let length = a.distance(b);
-        let square = |u: f64, v: f64| length * (u * u + u * v + v * v) / 3.0;
-        Self {
-            length,
-            first: (a + b) * (0.5 * length),
-            xx: square(a.x, b.x),
-            xy: length * (2.0 * (a.x * a.y + b.x * b.y) + a.x * b.y + b.x * a.y) / 6.0,
-            yy: square(a.y, b.y),
-        }
-    }
-
-    /// The line with the least integral of squared distances.
-    pub(super) fn fit(&self) -> Line {
-        let center = self.first / self.length;
-        let xx = self.xx - self.first.x * center.x;
-        let xy = self.xy - self.first.x * center.y;
-        let yy = self.yy - self.first.y * center.y;
-        // Eigenvectors of the symmetric matrix: the direction comes from the row that cancels less.
-        let half_difference = (xx - yy) * 0.5;
-        let root = (half_difference * half_difference + xy * xy).sqrt();
-        let direction = if half_difference >= 0.0 {
-            DVec2::new(half_difference + root, xy)
-        } else {
-            DVec2::new(xy, root - half_difference)
-        };
-        Line {
-            center,
-            normal: direction.normalize_or_zero().perp(),
-            residual: ((xx + yy) * 0.5 - root).max(0.0),
-        }
-    }
-}
-
-/// A line fitted to a stretch of outline.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Line {
-    center: DVec2,
-    /// Unit normal; zero when the stretch has no extent.
-    normal: DVec2,
-    /// Integral of the squared distances, px³.
-    residual: f64,
-}
 
 /// The point nearest to two lines, and a little to `place`, on the vertex lattice.
 fn meeting_point(one: &Line, other: &Line, place: DVec2) -> DVec2 {
@@ -124,7 +40,7 @@ fn on_lattice(p: DVec2) -> DVec2 {
     (p * VERTEX_STEPS_PER_PX).round() / VERTEX_STEPS_PER_PX
 }
 
-impl Outline {
+impl SimplifiedLoops {
     /// What the removal of `v` costs: the growth of the sum of squared distances between lines and cracks, px³.
     pub(super) fn cost_of_fitted(&self, v: u32) -> Option<f64> {
         let [_, p, n, _] = self.neighbourhood(v)?;

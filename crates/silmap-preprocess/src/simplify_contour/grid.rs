@@ -1,4 +1,4 @@
-//! Edges by square cells of the image, to find those near a change.
+//! A uniform grid of edges, to find those near a change.
 
 use glam::DVec2;
 use silmap_geometry::Loop;

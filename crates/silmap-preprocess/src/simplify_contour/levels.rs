@@ -1,4 +1,4 @@
-//! Contour level of detail: coarser outlines made of the vertices of the stored one.
+//! Levels of detail of a contour, as nested subsets of its vertices.
 //!
 //! The greedy removal of [`super::simplify_contours`] goes on beyond the stored tolerance t, which doubles from level to level:
 //! level k stays within 2ᵏ·t of the traced outline. Vertices do not move any more, so each level is a subset of the one before and
@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use silmap_geometry::{CoverageRule, Loop};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 
-use super::outline::{Outline, Proposal, distance_squared, turn};
+use super::outline::{Proposal, SimplifiedLoops, distance_squared, turn};
 use super::{SimplifyContourParams, remove_vertices};
 
 /// How much of an error in depth counts as an error in the image. Seen from between the views, a point that is too deep by so much
@@ -111,11 +111,11 @@ fn levels_of(loops: &[Loop], deep: &Deep, params: &SimplifyContourParams) -> Vec
         tolerance_px: 0.0,
         ..*params
     };
-    let mut outline = Outline::new(loops, &uncut);
+    let mut outline = SimplifiedLoops::new(loops, &uncut);
     for level in 1..=ViewContour::COARSEST_LEVEL {
         let limit_px = params.tolerance_px * (f64::from(1_u32 << level) - 1.0);
         let limit = limit_px * limit_px;
-        let cost = |outline: &Outline, v: u32| {
+        let cost = |outline: &SimplifiedLoops, v: u32| {
             let [_, p, n, _] = outline.neighbourhood(v)?;
             if params.outward_only {
                 let [a, b, c] = [p, v, n].map(|v| deep.points[v as usize]);
@@ -125,7 +125,7 @@ fn levels_of(loops: &[Loop], deep: &Deep, params: &SimplifyContourParams) -> Vec
             }
             Some(deep.worst_squared(p, n)).filter(|&worst| worst <= limit)
         };
-        let propose = |outline: &Outline, v: u32| {
+        let propose = |outline: &SimplifiedLoops, v: u32| {
             let [_, p, n, _] = outline.neighbourhood(v)?;
             let [a, b, c] = [p, v, n].map(|v| deep.points[v as usize]);
             Some(Proposal {

@@ -1,4 +1,4 @@
-//! Loops while they are being simplified: what is left of them, what was traced, and what a change may touch.
+//! The state of loops during simplification: remaining vertices, traced vertices, and the reach of a change.
 
 use glam::DVec2;
 use robust::{Coord, orient2d};
@@ -6,8 +6,8 @@ use silmap_geometry::Loop;
 use silmap_geometry::polygon::signed_area;
 
 use super::SimplifyContourParams;
-use super::fit::{Line, Moments};
 use super::grid::EdgeGrid;
+use super::moments::{Line, Moments};
 
 /// How far along each edge from a corner it is cut off, pixels; at most half of the edge.
 const CUT_PX: f64 = 0.5;
@@ -121,7 +121,7 @@ pub(super) struct Proposal {
 
 /// All loops of an image.
 #[derive(Debug)]
-pub(super) struct Outline {
+pub(super) struct SimplifiedLoops {
     corners: Vec<Corner>,
     loops: Vec<LoopState>,
     vertices: Vec<Vertex>,
@@ -131,7 +131,7 @@ pub(super) struct Outline {
     pub(super) tolerance_squared: f64,
 }
 
-impl Outline {
+impl SimplifiedLoops {
     pub(super) fn new(loops: &[Loop], params: &SimplifyContourParams) -> Self {
         let cuts_corners = !params.outward_only && params.tolerance_px >= CUT_DEPTH_PX;
         let mut outline = Self {

@@ -1,14 +1,14 @@
-//! Changes that only add to the region.
+//! Changes that only enlarge the region, for conservative contours.
 
 use glam::DVec2;
 
 use super::VERTEX_STEPS_PER_PX;
-use super::outline::{Outline, Proposal, turn};
+use super::outline::{Proposal, SimplifiedLoops, turn};
 
 /// How many lattice steps from the exact crossing of two lines a point beyond both is looked for.
 const SEARCH_STEPS: i32 = 4;
 
-impl Outline {
+impl SimplifiedLoops {
     /// What the removal of `v` costs: the area it adds, as far as that is known before trying.
     pub(super) fn cost_of_outward(&self, v: u32) -> Option<f64> {
         let [_, p, n, nn] = self.neighbourhood(v)?;

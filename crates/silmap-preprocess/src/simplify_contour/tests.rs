@@ -1,4 +1,4 @@
-//! What simplification promises, checked by brute force on nasty masks.
+//! Guarantees of contour simplification, checked by brute force on difficult masks.
 
 use glam::DVec2;
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-//! How the chosen map can lose further views: the collapses go on, and are only noted.
+//! The collapse order: further collapses of the chosen map, recorded and not carried out.
 //!
 //! Source: Silhouette Mapping, section 6: the collapse order is stored, so that any number of views can be had.
 //! Deviation: it begins at the views that are left after they were moved, and after each collapse the edges around it are
@@ -8,7 +8,8 @@ use silmap_map::{CollapseOrder, CollapseStep};
 
 use super::Simplification;
 use super::polytope::Collapse;
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 /// Views that are predicted to estimate what a collapse costs. The fewer views are left, the more removed ones lie around
 /// each, and the order would take as long as all that went before; what a step leaves is always measured at all of them.
@@ -16,47 +17,47 @@ const ORDER_PROBES: usize = 12;
 
 impl Simplification<'_> {
     /// Collapses down to the smallest polytope. Views are numbered in their order among those that are left now.
-    pub(super) fn order(&mut self, monitor: &Monitor<'_>) -> Result<CollapseOrder, Interrupted> {
+    pub(super) fn order(&mut self, watch: &Watch<'_>) -> Result<CollapseOrder, Interrupted> {
         let kept = self.polytope.kept();
         let number = |v: u32| kept.partition_point(|&k| k < v) as u32;
-        monitor.start(Stage::Order, kept.len() as u64);
+        watch.start(progress::ORDER, kept.len() as u64);
         let mut order = CollapseOrder {
             errors: self.captured_errors(),
             steps: Vec::with_capacity(kept.len()),
         };
-        self.restart(monitor)?;
-        while let Some(step) = self.next_step(monitor)? {
+        self.restart(watch)?;
+        while let Some(step) = self.next_step(watch)? {
             order.steps.push(CollapseStep {
                 removed: number(step.removed),
                 onto: number(step.onto),
                 turned: step.turned.iter().map(|edge| edge.map(number)).collect(),
                 errors: step.errors,
             });
-            monitor.advance(Stage::Order, 1);
+            watch.advance(progress::ORDER, 1);
         }
-        monitor.finish(Stage::Order);
+        watch.finish(progress::ORDER);
         Ok(order)
     }
 
-    /// Evaluates all collapses anew: views were moved, and what is in the heap was true before.
-    pub(super) fn restart(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
-        self.heap.clear();
+    /// Evaluates all collapses anew: views were moved, and what is in the queue was true before.
+    pub(super) fn restart(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
+        self.queue.clear();
         self.probes = ORDER_PROBES;
-        self.evaluate_all(monitor)
+        self.evaluate_all(watch)
     }
 
     /// One view less, and the edges around it turned; `None` when no view can go. Views have the numbers of the dense map.
     pub(super) fn next_step(
         &mut self,
-        monitor: &Monitor<'_>,
+        watch: &Watch<'_>,
     ) -> Result<Option<CollapseStep>, Interrupted> {
         let Collapse { removed, onto } = loop {
-            monitor.check()?;
-            let Some(candidate) = self.next_collapse(monitor)? else {
+            watch.check()?;
+            let Some((_, collapse)) = self.next_collapse(watch)? else {
                 return Ok(None);
             };
-            if self.apply(candidate.collapse) {
-                break candidate.collapse;
+            if self.apply(collapse) {
+                break collapse;
             }
         };
         let turned = self.turn_edges(&self.polytope.edges_around(onto));

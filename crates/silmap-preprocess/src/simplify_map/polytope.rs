@@ -1,4 +1,4 @@
-//! The polytope while views are removed from it: half-edge collapses, and which triangle each removed view lies in.
+//! The polytope under half-edge collapses, and the triangle that holds each removed view.
 
 use glam::DVec3;
 use silmap_map::SilhouetteMap;

@@ -1,4 +1,4 @@
-//! Predicting an original view's silhouette from three others, and counting the pixels that are wrong.
+//! Predicting a captured silhouette from three other views, and counting misclassified pixels.
 
 use std::collections::HashMap;
 
@@ -94,7 +94,7 @@ impl<'a> Predictor<'a> {
         let camera = &self.map.views[view as usize].camera;
         let layers = scratch
             .interpolator
-            .interpolate(self.map, ids, &location, camera, self.method.into())
+            .interpolate_regions(self.map, ids, &location, camera, self.method.into())
             .ok()?;
         fill_layers(layers, &mut scratch.predicted, &mut scratch.layer);
         let truth = &self.masks[view as usize];

@@ -1,4 +1,4 @@
-//! Moving the views that are left: edge flips, and views replaced by removed ones beside them.
+//! Refining the kept views: edge flips, and exchange with removed views nearby.
 //!
 //! Source: beyond the paper. A greedy sequence of collapses never takes a choice back. Once it has ended, an edge between two
 //! triangles may be turned, and a kept view may give its place to a removed one whose eye its triangles face; both are done
@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use super::Simplification;
 use super::polytope::Patch;
 use super::predict::Prediction;
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 /// Most rounds over all edges and views.
 const ROUNDS: usize = 4;
@@ -40,24 +41,24 @@ pub(super) struct TurnedEdge {
 
 impl Simplification<'_> {
     /// Lowers the error without changing the number of views.
-    pub(super) fn refine(&mut self, monitor: &Monitor<'_>) -> Result<(), Interrupted> {
+    pub(super) fn refine(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
         let kept = self.polytope.kept();
-        monitor.start(Stage::Refine, (ROUNDS * kept.len()) as u64);
+        watch.start(progress::REFINE, (ROUNDS * kept.len()) as u64);
         for _ in 0..ROUNDS {
             let before = self.error_sum;
-            monitor.check()?;
+            watch.check()?;
             self.turn_edges(&self.polytope.edges());
             for view in self.polytope.kept() {
-                monitor.check()?;
+                watch.check()?;
                 self.replace(view);
-                monitor.advance(Stage::Refine, 1);
+                watch.advance(progress::REFINE, 1);
             }
             if self.error_sum > before * (1.0 - LEAST_GAIN) {
                 break;
             }
         }
         self.turn_edges(&self.polytope.edges());
-        monitor.finish(Stage::Refine);
+        watch.finish(progress::REFINE);
         Ok(())
     }
 

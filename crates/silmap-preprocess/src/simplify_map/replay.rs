@@ -1,4 +1,4 @@
-//! Carrying a stored collapse order out: fewer views without the model.
+//! Applying a stored collapse order: fewer views without the model.
 
 use silmap_map::{CollapseStep, SilhouetteMap};
 use thiserror::Error;

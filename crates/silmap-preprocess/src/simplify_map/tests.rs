@@ -1,4 +1,4 @@
-//! Simplified maps of a small torus: what must hold after every change of the polytope, and what the stored order gives.
+//! Simplified maps of a small torus: invariants after every collapse, and the stored order.
 
 use super::*;
 use crate::capture::{CaptureParams, capture, view_sphere};
@@ -9,17 +9,11 @@ use silmap_geometry::{ClosedMesh, CoverageRule};
 use silmap_map::{CapturedView, ViewContour};
 
 fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
-    let mesh = ClosedMesh::try_from(crate::models::torus(1024)).unwrap();
+    let mesh = ClosedMesh::try_from(silmap_models::torus(1024)).unwrap();
     let bounds = *mesh.bounds();
     let side = 96;
     let cameras = view_sphere(&bounds, 3.0 * bounds.radius, views, side).unwrap();
-    let masks = capture(
-        &mesh,
-        &cameras,
-        &CaptureParams::default(),
-        &Monitor::silent(),
-    )
-    .unwrap();
+    let masks = capture(&mesh, &cameras, &CaptureParams::default(), &Watch::silent()).unwrap();
     let views = cameras
         .iter()
         .zip(&masks)
@@ -50,13 +44,13 @@ fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
 fn every_collapse_leaves_a_star_shaped_polytope_and_true_errors() {
     let (dense, masks) = torus_map(60);
     let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
-    work.evaluate_all(&Monitor::silent()).unwrap();
-    while let Some(candidate) = work.cheapest_collapse() {
+    work.evaluate_all(&Watch::silent()).unwrap();
+    while let Some((cost, collapse)) = work.cheapest_collapse() {
         let before = work.error_sum;
-        work.apply(candidate.collapse);
+        work.apply(collapse);
         work.polytope.check();
         assert!(
-            (work.error_sum - before - candidate.cost).abs() < 1e-9,
+            (work.error_sum - before - cost).abs() < 1e-9,
             "a cost was not kept"
         );
         let sum: f64 = work.errors.iter().sum();
@@ -74,13 +68,13 @@ fn every_collapse_leaves_a_star_shaped_polytope_and_true_errors() {
 fn moving_views_lowers_the_error_and_leaves_a_polytope() {
     let (dense, masks) = torus_map(80);
     let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
-    work.evaluate_all(&Monitor::silent()).unwrap();
+    work.evaluate_all(&Watch::silent()).unwrap();
     while work.polytope.view_count() > 24 {
-        let candidate = work.cheapest_collapse().unwrap();
-        work.apply(candidate.collapse);
+        let (_, collapse) = work.cheapest_collapse().unwrap();
+        work.apply(collapse);
     }
     let before = work.error_sum;
-    work.refine(&Monitor::silent()).unwrap();
+    work.refine(&Watch::silent()).unwrap();
     work.polytope.check();
     assert_eq!(work.polytope.view_count(), 24);
     assert!(
@@ -115,12 +109,12 @@ fn moving_views_lowers_the_error_and_leaves_a_polytope() {
 #[test]
 fn the_curve_ends_where_it_was_told_to() {
     let (dense, masks) = torus_map(60);
-    let monitor = Monitor::silent();
+    let watch = Watch::silent();
     let keep = SimplifyMapParams {
         keep: 20,
         ..SimplifyMapParams::default()
     };
-    let (map, report) = simplify(&dense, &masks, &keep, &monitor).unwrap();
+    let (map, report) = simplify(&dense, &masks, &keep, &watch).unwrap();
     assert_eq!(
         (map.views.len(), report.kept.len(), report.curve.len()),
         (20, 20, 40)
@@ -136,7 +130,7 @@ fn the_curve_ends_where_it_was_told_to() {
         max_error: Some(at_30),
         ..keep
     };
-    let (map, report) = simplify(&dense, &masks, &limit, &monitor).unwrap();
+    let (map, report) = simplify(&dense, &masks, &limit, &watch).unwrap();
     assert!(report.order.errors.mean <= at_30 && map.views.len() <= 30);
 }
 
@@ -152,7 +146,7 @@ fn the_number_of_threads_changes_nothing() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| simplify(&dense, &masks, &params, &Monitor::silent()).unwrap())
+        pool.install(|| simplify(&dense, &masks, &params, &Watch::silent()).unwrap())
     };
     assert_eq!(run(1), run(3));
 }
@@ -164,7 +158,7 @@ fn a_map_without_its_masks_is_refused() {
         &dense,
         &masks[1..],
         &SimplifyMapParams::default(),
-        &Monitor::silent(),
+        &Watch::silent(),
     );
     assert_eq!(
         made.err(),
@@ -182,7 +176,7 @@ fn small_torus() -> (SilhouetteMap, SimplifyMapReport, (SilhouetteMap, Vec<Mask>
         keep: 24,
         ..SimplifyMapParams::default()
     };
-    let (map, report) = simplify(&dense, &masks, &params, &Monitor::silent()).unwrap();
+    let (map, report) = simplify(&dense, &masks, &params, &Watch::silent()).unwrap();
     (map, report, (dense, masks))
 }
 
@@ -191,13 +185,13 @@ fn replaying_the_order_gives_the_maps_it_was_noted_for() {
     let (map, report, (dense, masks)) = small_torus();
     // The same once more, but stopped after each step.
     let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
-    work.evaluate_all(&Monitor::silent()).unwrap();
+    work.evaluate_all(&Watch::silent()).unwrap();
     for _ in 24..80 {
-        let candidate = work.cheapest_collapse().unwrap();
-        work.apply(candidate.collapse);
+        let (_, collapse) = work.cheapest_collapse().unwrap();
+        work.apply(collapse);
     }
-    work.refine(&Monitor::silent()).unwrap();
-    work.restart(&Monitor::silent()).unwrap();
+    work.refine(&Watch::silent()).unwrap();
+    work.restart(&Watch::silent()).unwrap();
     let steps = &report.order.steps;
     assert!(steps.len() >= 12, "{} steps", steps.len());
     assert!(steps.iter().any(|s| !s.turned.is_empty()), "no edge turned");
@@ -206,10 +200,10 @@ fn replaying_the_order_gives_the_maps_it_was_noted_for() {
         assert_eq!(smaller, work.chosen_map(), "after {done} steps");
         assert_eq!((smaller.views.len(), kept.len()), (24 - done, 24 - done));
         silmap_map::Polytope::new(&smaller).unwrap();
-        work.next_step(&Monitor::silent()).unwrap();
+        work.next_step(&Watch::silent()).unwrap();
     }
     // And the very last map loses no further view.
-    assert!(work.next_step(&Monitor::silent()).unwrap().is_none());
+    assert!(work.next_step(&Watch::silent()).unwrap().is_none());
 }
 
 /// An estimate from some views may allow what all views do not: taken up again and again, the order would never end.
@@ -221,15 +215,15 @@ fn refused_collapses_do_not_come_back() {
     let is_allowed = |c: &&Collapse| work.polytope.triangles_after(**c).is_some();
     let allowed = *all.iter().find(is_allowed).unwrap();
     work.refused = all.into_iter().filter(|c| *c != allowed).collect();
-    work.restart(&Monitor::silent()).unwrap();
-    let only = work.next_collapse(&Monitor::silent()).unwrap().unwrap();
-    assert_eq!(only.collapse, allowed);
+    work.restart(&Watch::silent()).unwrap();
+    let (_, only) = work.next_collapse(&Watch::silent()).unwrap().unwrap();
+    assert_eq!(only, allowed);
     work.refused.push(allowed);
-    let none = work.next_collapse(&Monitor::silent()).unwrap();
-    assert_eq!(none.map(|c| c.collapse), None);
+    let none = work.next_collapse(&Watch::silent()).unwrap();
+    assert_eq!(none, None);
     // A polytope that has changed may allow them again.
     assert!(work.apply(allowed));
-    assert!(work.next_collapse(&Monitor::silent()).unwrap().is_some());
+    assert!(work.next_collapse(&Watch::silent()).unwrap().is_some());
 }
 
 #[test]

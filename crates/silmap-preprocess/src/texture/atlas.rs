@@ -17,7 +17,8 @@ use super::parametrisation::{Shooter, blend};
 use super::picture::Picture;
 use super::surface::Surface;
 use super::tiles::{Place, TileLayout};
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
+use silmap_geometry::watch::{Interrupted, Watch};
 
 /// Samples along each axis of a texel.
 const TEXEL_SAMPLES: usize = 2;
@@ -74,14 +75,14 @@ impl<'a> AtlasBaker<'a> {
     }
 
     /// The atlas. Every texel has a colour; in unused squares colours run on.
-    pub(super) fn bake(&self, monitor: &Monitor<'_>) -> Result<AtlasPictures, Interrupted> {
+    pub(super) fn bake(&self, watch: &Watch<'_>) -> Result<AtlasPictures, Interrupted> {
         let side = self.layout.side() as usize;
         let rows = (0..side)
             .into_par_iter()
             .map(|y| {
-                monitor.check()?;
+                watch.check()?;
                 let row = self.bake_row(y);
-                monitor.advance(Stage::Textures, 1);
+                watch.advance(progress::TEXTURES, 1);
                 Ok(row)
             })
             .collect::<Result<Vec<_>, Interrupted>>()?;

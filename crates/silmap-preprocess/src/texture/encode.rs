@@ -1,4 +1,4 @@
-//! Pictures as files, and the choice of a quality that keeps to a number of bytes.
+//! Image encoding, and the choice of a quality within a byte budget.
 
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;
@@ -102,6 +102,12 @@ impl RawPicture {
         Ok(bytes)
     }
 
+    #[cfg(not(feature = "webp"))]
+    fn webp(&self, _: u8) -> Result<Vec<u8>, TextureError> {
+        Err(TextureError::NoWebp)
+    }
+
+    #[cfg(feature = "webp")]
     fn webp(&self, quality: u8) -> Result<Vec<u8>, TextureError> {
         webp::Encoder::from_rgb(&self.rgb, self.width, self.height)
             .encode_simple(false, quality.into())

@@ -1,4 +1,4 @@
-//! What the hull is painted with: shaded pictures of the original that are projected onto it, and the tile atlas.
+//! The hull's textures: projected pictures of the original, and the tile atlas.
 //!
 //! Source: Silhouette Mapping (TR-1-99), section 8.2, for the pictures and visibility bits; Silhouette Clipping (SIGGRAPH
 //! 2000), section 4, for the atlas.
@@ -26,13 +26,15 @@ use silmap_map::{Atlas, CoarseHull, TextureSet, TextureView};
 use thiserror::Error;
 
 use crate::capture;
-use crate::progress::{Interrupted, Monitor, Stage};
+use crate::progress;
 use atlas::AtlasBaker;
 use encode::{RawPicture, RawSet};
-use item_buffer::{ImageTriangle, ItemBuffer};
+use item_buffer::ItemBuffer;
 pub use parametrisation::{Shooter, Source};
 pub use params::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 use picture::Picture;
+use silmap_geometry::raster::ImageTriangle;
+use silmap_geometry::watch::{Interrupted, Watch};
 use surface::Surface;
 use tiles::TileLayout;
 pub use views::{face_cosines, merit};
@@ -66,7 +68,13 @@ pub enum TextureError {
     /// A picture could not be encoded.
     #[error("a picture cannot be encoded: {0}")]
     Encode(#[from] ImageError),
+    /// This library was built without the encoder of WebP.
+    #[error(
+        "pictures cannot be written as WebP: this program was built without it (feature `webp`)"
+    )]
+    NoWebp,
     /// A picture could not be encoded as WebP.
+    #[cfg(feature = "webp")]
     #[error("a picture cannot be encoded as WebP: {0:?}")]
     Webp(webp::WebPEncodingError),
 }
@@ -92,7 +100,7 @@ pub fn bake(
     bvh: &Bvh,
     hull: &CoarseHull,
     params: &TextureParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<TextureSet, TextureError> {
     params.validate()?;
     let vertex_count = hull.positions.len();
@@ -108,15 +116,15 @@ pub fn bake(
     };
     let layout = TileLayout::new(&hull_faces.areas, params.atlas_px, params.tiles);
     let total = u64::from(candidates + params.views) + u64::from(layout.side());
-    monitor.start(Stage::Textures, total);
+    watch.start(progress::TEXTURES, total);
 
     let surface = Surface::new(original.mesh());
-    let chosen = choose(original, &hull_faces, candidates, params, monitor)?;
+    let chosen = choose(original, &hull_faces, candidates, params, watch)?;
     let model = (&surface, bvh, original.bounds().radius);
-    let mut textures = paint(model, hull, (&hull_faces, &chosen), params, (1.0, monitor))?;
+    let mut textures = paint(model, hull, (&hull_faces, &chosen), params, (1.0, watch))?;
     if let Some(budget) = params.budget_bytes {
         // Further rounds were not announced.
-        let quiet = monitor.quiet();
+        let quiet = watch.quiet();
         for &scale in &SCALES[1..] {
             if picture_bytes(&textures) <= budget {
                 break;
@@ -124,7 +132,7 @@ pub fn bake(
             textures = paint(model, hull, (&hull_faces, &chosen), params, (scale, &quiet))?;
         }
     }
-    monitor.finish(Stage::Textures);
+    watch.finish(progress::TEXTURES);
     Ok(textures)
 }
 
@@ -144,7 +152,7 @@ fn paint(
     hull: &CoarseHull,
     (hull_faces, chosen): (&HullFaces, &[Chosen]),
     params: &TextureParams,
-    (scale, monitor): (f64, &Monitor<'_>),
+    (scale, watch): (f64, &Watch<'_>),
 ) -> Result<TextureSet, TextureError> {
     let scaled = |side: u32| ((f64::from(side) * scale).round() as u32).max(LEAST_SIDE_PX);
     let size_px = scaled(params.size_px);
@@ -155,8 +163,8 @@ fn paint(
     let shooter = Shooter::new(hull, (bvh, radius), params.parametrisation);
     let baker = AtlasBaker::new(&layout, hull, shooter, surface, params.normals);
     let raw = RawSet {
-        views: take_pictures(surface, &cameras, monitor)?,
-        ..raw_atlas(&baker, monitor)?
+        views: take_pictures(surface, &cameras, watch)?,
+        ..raw_atlas(&baker, watch)?
     };
     let encoded = match params.budget_bytes {
         None => raw.encode(params.format, params.quality)?,
@@ -230,12 +238,12 @@ fn choose(
     hull: &HullFaces,
     candidates: u32,
     params: &TextureParams,
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<Chosen>, TextureError> {
     let bounds = original.bounds();
     let distance = params.distance_rel * bounds.radius;
     let look = |camera: Camera| -> Result<Chosen, Interrupted> {
-        monitor.check()?;
+        watch.check()?;
         let buffer = ItemBuffer::draw_mesh(&camera, original.mesh());
         let paintable = visibility::paintable_faces(hull, &buffer, &camera, bounds.radius);
         Ok(Chosen { camera, paintable })
@@ -250,11 +258,11 @@ fn choose(
         .par_iter()
         .map(|camera| {
             let seen = look(camera.resized((quick_px, quick_px)))?;
-            monitor.advance(Stage::Textures, 1);
+            watch.advance(progress::TEXTURES, 1);
             Ok(views::face_cosines(hull, &seen.paintable, camera.eye))
         })
         .collect::<Result<Vec<_>, Interrupted>>()?;
-    monitor.check()?;
+    watch.check()?;
     let chosen = views::choose_views(&hull.areas, &cosines, params.views as usize);
     let whole = chosen.into_par_iter().map(|v| look(cameras[v]));
     Ok(whole.collect::<Result<_, Interrupted>>()?)
@@ -266,22 +274,22 @@ const PIXEL_SAMPLES: usize = 2;
 fn take_pictures(
     surface: &Surface<'_>,
     cameras: &[Camera],
-    monitor: &Monitor<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<RawPicture>, Interrupted> {
     cameras
         .par_iter()
         .map(|camera| {
-            monitor.check()?;
+            watch.check()?;
             let mut picture = take_picture(surface, camera);
             picture.fill();
-            monitor.advance(Stage::Textures, 1);
+            watch.advance(progress::TEXTURES, 1);
             Ok(RawPicture::of_colours(&picture))
         })
         .collect()
 }
 
-fn raw_atlas(baker: &AtlasBaker<'_>, monitor: &Monitor<'_>) -> Result<RawSet, Interrupted> {
-    let pictures = baker.bake(monitor)?;
+fn raw_atlas(baker: &AtlasBaker<'_>, watch: &Watch<'_>) -> Result<RawSet, Interrupted> {
+    let pictures = baker.bake(watch)?;
     Ok(RawSet {
         views: Vec::new(),
         atlas: RawPicture::of_colours(&pictures.colours),

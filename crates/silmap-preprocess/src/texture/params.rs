@@ -1,4 +1,4 @@
-//! How a hull is to be painted.
+//! Parameters of texture baking.
 
 use serde::{Deserialize, Serialize};
 use silmap_map::asset::MAX_TEXTURE_VIEWS;

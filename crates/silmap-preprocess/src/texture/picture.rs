@@ -1,4 +1,4 @@
-//! Pictures: averaging samples into pixels, and filling what nothing covers.
+//! Pictures: averaging samples into pixels, and filling uncovered pixels.
 
 /// A picture in linear light with a weight for each pixel: zero says that nothing is known there.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! The original as something that has a colour and a normal at every point.
+//! Colour and normal of the original at any surface point.
 
 use glam::DVec3;
 use silmap_geometry::{TriangleMesh, lighting};

@@ -1,4 +1,4 @@
-//! Whole bakes of small models whose colours are known.
+//! Complete bakes of small models with known colours.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -9,8 +9,8 @@ use silmap_geometry::{Appearance, TriangleMesh};
 use silmap_map::asset::TangentFrames;
 
 use super::*;
-use crate::models;
-use crate::progress::PrepEvent;
+use silmap_geometry::StageEvent;
+use silmap_models as models;
 
 /// Linear colours of the cube's sides −X, +X, −Y, +Y, −Z, +Z: no two alike.
 const SIDE_COLOURS: [[f32; 3]; 6] = [
@@ -84,7 +84,7 @@ fn small_params() -> TextureParams {
 
 fn bake_cube(params: &TextureParams) -> TextureSet {
     let (mesh, bvh) = coloured_cube();
-    bake(&mesh, &bvh, &cube_hull(), params, &Monitor::silent()).unwrap()
+    bake(&mesh, &bvh, &cube_hull(), params, &Watch::silent()).unwrap()
 }
 
 fn decode(image: &silmap_map::EncodedImage) -> RgbImage {
@@ -179,7 +179,7 @@ fn a_torus_paints_the_faces_around_its_hole() {
         atlas_px: 128,
         ..TextureParams::default()
     };
-    let textures = bake(&fine, &bvh, &hull, &params, &Monitor::silent()).unwrap();
+    let textures = bake(&fine, &bvh, &hull, &params, &Watch::silent()).unwrap();
     let unseen = textures.visible_views.iter().filter(|&&b| b == 0).count();
     assert!(10 * unseen < hull.faces.len(), "{unseen} faces");
     // A view along the axis sees one side, none sees all.
@@ -208,14 +208,14 @@ fn progress_adds_up_and_a_stop_is_heeded() {
     let (total, done) = (AtomicU64::new(0), AtomicU64::new(0));
     let on_event = |event| {
         match event {
-            PrepEvent::Started { total: n, .. } => total.fetch_add(n, Ordering::Relaxed),
-            PrepEvent::Advanced { count, .. } => done.fetch_add(count, Ordering::Relaxed),
-            PrepEvent::Finished { .. } => 0,
+            StageEvent::Started { total: n, .. } => total.fetch_add(n, Ordering::Relaxed),
+            StageEvent::Advanced { count, .. } => done.fetch_add(count, Ordering::Relaxed),
+            StageEvent::Finished { .. } => 0,
         };
     };
     let run = |stop: &AtomicBool| {
-        let monitor = Monitor::new(&on_event, stop);
-        bake(&mesh, &bvh, &cube_hull(), &small_params(), &monitor)
+        let watch = Watch::new(&on_event, stop);
+        bake(&mesh, &bvh, &cube_hull(), &small_params(), &watch)
     };
     assert!(run(&AtomicBool::new(false)).is_ok());
     assert_eq!(total.into_inner(), done.load(Ordering::Relaxed));
@@ -227,15 +227,15 @@ fn progress_adds_up_and_a_stop_is_heeded() {
 
 fn run_stopped(mesh: &ClosedMesh, bvh: &Bvh) -> Result<TextureSet, TextureError> {
     let stop = AtomicBool::new(true);
-    let monitor = Monitor::new(&|_| {}, &stop);
-    bake(mesh, bvh, &cube_hull(), &small_params(), &monitor)
+    let watch = Watch::new(&|_| {}, &stop);
+    bake(mesh, bvh, &cube_hull(), &small_params(), &watch)
 }
 
 #[test]
 fn what_cannot_be_is_refused() {
     let (mesh, bvh) = coloured_cube();
     let with = |hull: &CoarseHull, params: TextureParams| {
-        bake(&mesh, &bvh, hull, &params, &Monitor::silent())
+        bake(&mesh, &bvh, hull, &params, &Watch::silent())
     };
     let params = small_params();
     assert!(matches!(
@@ -304,7 +304,7 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
         format: PictureFormat::Png,
         ..small_params()
     };
-    let textures = bake(&fine, &bvh, &hull, &params, &Monitor::silent()).unwrap();
+    let textures = bake(&fine, &bvh, &hull, &params, &Watch::silent()).unwrap();
     let atlas = textures.atlas.unwrap();
     let picture = decode(atlas.normals.as_ref().unwrap());
     let frames = TangentFrames::new(&hull, &atlas.corner_uvs);
@@ -350,7 +350,7 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
         normals: false,
         ..params
     };
-    let textures = bake(&fine, &bvh, &hull, &without, &Monitor::silent()).unwrap();
+    let textures = bake(&fine, &bvh, &hull, &without, &Watch::silent()).unwrap();
     assert_eq!(textures.atlas.unwrap().normals, None);
 }
 

@@ -1,4 +1,4 @@
-//! Where each face's tile lies in the atlas.
+//! Packing of tiles in the atlas.
 //!
 //! Each face has a right-angled triangle of texels, two to a square, padded so that bilinear filtering never reaches another face.
 //!

@@ -1,4 +1,4 @@
-//! Choosing where texture pictures are taken from.
+//! Choice of the texture views.
 //!
 //! Source: Silhouette Mapping (TR-1-99), section 8.2, which picks views by hand and calls an automatic choice open.
 //! Here: greedy maximum coverage. A set of views is worth Σ area × cosine over the hull's faces, each face with the view that

@@ -1,4 +1,4 @@
-//! Which texture views see the whole of a hull face (section 8.2).
+//! Visibility of hull faces in texture views (section 8.2).
 //!
 //! A view may paint a face when (1) the face looks towards it, (2) no part of it is hidden by the rest of the hull (item
 //! buffer at texture resolution), and (3) the picture shows, where the face takes its colours from, the surface that the
@@ -10,7 +10,8 @@ use glam::DVec3;
 use silmap_geometry::Camera;
 use silmap_map::CoarseHull;
 
-use super::item_buffer::{ImageTriangle, ItemBuffer};
+use super::item_buffer::ItemBuffer;
+use silmap_geometry::raster::ImageTriangle;
 
 /// Faces whose normal is at least this far off the direction to the eye (cosine) are too oblique to take colours from.
 const MIN_COSINE: f64 = 0.15;

@@ -1,4 +1,4 @@
-//! Options of the commands that put exact silhouettes to use.
+//! Options of `simplify` and `align`.
 
 use std::path::PathBuf;
 

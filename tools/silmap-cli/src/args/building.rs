@@ -141,7 +141,7 @@ pub(crate) enum BackendArg {
     Auto,
     /// Every core of the CPU; the same bytes on every machine
     Cpu,
-    /// The graphics adapter, software ones included
+    /// The graphics adapter, software ones included: a mesh is rasterised in fixed point that vendors choose, so a pixel on a border may differ between adapters, and contours and bytes with it
     Gpu,
 }
 

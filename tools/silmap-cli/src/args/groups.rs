@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use silmap_map::{Method, SilhouetteMap};
-use silmap_preprocess::mesh_io::AlphaUse;
+use silmap_mesh_io::AlphaUse;
 
 use crate::values::{Size, parse_point, parse_positive, parse_size};
 

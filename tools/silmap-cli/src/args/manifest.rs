@@ -1,4 +1,4 @@
-//! Options of `build` for a whole list of models.
+//! Options of `build` for a list of models.
 
 use std::path::PathBuf;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use silmap_preprocess::hull::Tightening;
+use silmap_hull::Tightening;
 
 use super::{KeptPartsArgs, MendingArgs, MeshOutArgs, ModelArgs, OutputArgs, PoolArgs};
 use crate::values::{Length, Size, parse_length, parse_point, parse_positive, parse_size};
@@ -108,7 +108,7 @@ pub(crate) enum ExtractionArg {
     DualBar,
 }
 
-impl From<ExtractionArg> for silmap_exact::Method {
+impl From<ExtractionArg> for silmap_exact::ExtractionMethod {
     fn from(method: ExtractionArg) -> Self {
         match method {
             ExtractionArg::Brute => Self::Brute,

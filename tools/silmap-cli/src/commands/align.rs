@@ -58,9 +58,7 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
         ..AlignParams::default()
     };
     let pose = Progress::new()
-        .count("fitting outlines", |watch| {
-            refine_pose(&model, &outline, &start, &params, watch)
-        })
+        .watch(|watch| refine_pose(&model, &outline, &start, &params, watch))
         .with_context(|| args.mask.display().to_string())?;
     let seconds = since.elapsed().as_secs_f64();
     let camera = pose.camera;

@@ -1,4 +1,4 @@
-//! `silmap attach`: an asset's data back into a plain file that another program made of it.
+//! `silmap attach`: restores an asset's data in a file that another program wrote without them.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_map::asset::{self, Triangles};
-use silmap_preprocess::mesh_io;
+use silmap_mesh_io as mesh_io;
 
 use crate::args::AttachArgs;
 use crate::names;

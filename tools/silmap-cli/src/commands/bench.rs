@@ -3,7 +3,7 @@
 use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
-use silmap_exact::{Method as Extraction, SimplifyParams, Viewpoint, simplify, walk_around};
+use silmap_exact::{ExtractionMethod, SimplifyParams, Viewpoint, simplify, walk_around};
 use silmap_geometry::Camera;
 use silmap_map::asset;
 use silmap_measure::{Bench, Row, compare, machine, subdivide};
@@ -59,9 +59,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         ..SimplifyParams::default()
     };
     let simplified = Progress::new()
-        .count("simplifying", |watch| {
-            simplify(&model.mesh, &[], &params, watch)
-        })
+        .watch(|watch| simplify(&model.mesh, &[], &params, watch))
         .with_context(named)?
         .mesh;
     let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
@@ -121,11 +119,19 @@ fn cameras(args: &BenchArgs, center: DVec3, radius: f64) -> anyhow::Result<Vec<C
         .collect()
 }
 
-fn extractions(args: &BenchArgs) -> Vec<Extraction> {
-    let is_asked = |method: &Extraction| {
-        args.edges.is_empty() || args.edges.iter().any(|&e| Extraction::from(e) == *method)
+fn extractions(args: &BenchArgs) -> Vec<ExtractionMethod> {
+    let is_asked = |method: &ExtractionMethod| {
+        args.edges.is_empty()
+            || args
+                .edges
+                .iter()
+                .any(|&e| ExtractionMethod::from(e) == *method)
     };
-    Extraction::ALL.iter().copied().filter(is_asked).collect()
+    ExtractionMethod::ALL
+        .iter()
+        .copied()
+        .filter(is_asked)
+        .collect()
 }
 
 fn ratios(rows: &[Row]) -> serde_json::Map<String, serde_json::Value> {

@@ -10,9 +10,9 @@ use silmap_geometry::CoverageRule;
 use silmap_map::{Asset, CapturedErrors, asset};
 use silmap_measure::painting;
 use silmap_measure::uniform::uniform_curve;
+use silmap_mesh_io::Loaded;
 use silmap_preprocess::capture::{Backend, CaptureParams};
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
-use silmap_preprocess::mesh_io::Loaded;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
@@ -194,8 +194,9 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         write: writing.elapsed().as_secs_f64(),
         total: started.elapsed().as_secs_f64(),
     };
-    let warnings = model.warnings.iter().chain(&report.warnings);
-    let warnings = warnings.map(ToString::to_string).collect();
+    let of_mesh = model.warnings.iter().map(ToString::to_string);
+    let of_build = report.warnings.iter().map(ToString::to_string);
+    let warnings = of_mesh.chain(of_build).collect();
     let verified = Some(report.hull_check.encloses);
     tell(args, &asset, (bytes.len(), seconds), (verified, warnings))
 }
@@ -255,8 +256,8 @@ pub(crate) fn build_watched(
     model: &Loaded,
     params: &BuildParams,
 ) -> anyhow::Result<(Asset, BuildReport)> {
-    let built = Progress::new()
-        .watch(|monitor| pipeline::build(&model.mesh, &model.name, params, monitor))?;
+    let built =
+        Progress::new().watch(|watch| pipeline::build(&model.mesh, &model.name, params, watch))?;
     for warning in &built.1.warnings {
         output::warn(&format!("{}: {warning}", model.name));
     }

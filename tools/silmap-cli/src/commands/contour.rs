@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::{Camera, Loop, Mask};
-use silmap_map::{Detail, Interpolation, Outline, Scratch, outline};
+use silmap_map::{Detail, Interpolation, MapReader, Outline, outline};
 
 use crate::args::{ContourArgs, ContourFormat, MethodArg};
 use crate::camera::{CameraJson, camera_from_args};
@@ -51,7 +51,7 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     let origin = asset.placement.in_scene;
     let camera = camera_from_args(&args.camera, origin, map.center, map.radius)?;
     let named = || args.asset.display().to_string();
-    let mut scratch = Scratch::new(map).with_context(named)?;
+    let mut scratch = MapReader::new(map).with_context(named)?;
     // The first call fills the buffers that later ones, a frame each, find warm.
     let method = MethodArg::resolve(args.interpolation.method, map);
     let how = Interpolation {

@@ -1,4 +1,4 @@
-//! `silmap demo`: the whole way on a model of silmap's own making, with pictures and a report to look at.
+//! `silmap demo`: all stages on a generated model, with pictures and a report.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,10 +9,10 @@ use glam::DVec3;
 use serde::Serialize;
 use silmap_geometry::{Camera, ClosedMesh, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
+use silmap_hull::HullParams;
 use silmap_map::{Asset, Method, asset};
 use silmap_measure::{MeasureParams, measure};
-use silmap_preprocess::hull::HullParams;
-use silmap_preprocess::mesh_io::{self, Loaded};
+use silmap_mesh_io::{self as mesh_io, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_report::{Picture, PictureRow, Report};

@@ -10,11 +10,11 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{
-    ConeForest, DirectedEdge, EdgeMesh, Extractor, Method, Outliner, Viewpoint, Watch, Work,
+    ConeForest, DirectedEdge, EdgeMesh, ExtractionMethod, Extractor, Outliner, Viewpoint, Work,
     chain_loops, walk_around,
 };
-use silmap_geometry::{Camera, Loop, TriangleMesh};
-use silmap_preprocess::input;
+use silmap_geometry::{Camera, Loop, TriangleMesh, Watch};
+use silmap_mesh_io::input;
 
 use crate::args::{EdgesArgs, ExtractionArg, usage_error};
 use crate::camera::CameraJson;
@@ -24,8 +24,6 @@ use crate::output::{self, OutputFile, Staging};
 use crate::progress::Progress;
 use crate::values::point_text;
 
-/// What the progress bar says while a method prepares itself.
-const BUILDING: &str = "building the search";
 /// Side of the drawing in pixels.
 const DRAWING_PX: u32 = 1024;
 /// How far the eye of a parallel projection's drawing is, in radii: the error is far below a hundredth of a pixel.
@@ -117,7 +115,7 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         _ => None,
     };
     let mesh = EdgeMesh::from(&model.mesh);
-    let method = Method::from(args.method);
+    let method = ExtractionMethod::from(args.method);
     let Extracted {
         measured,
         data_bytes,
@@ -196,7 +194,7 @@ struct Extracted {
 /// Builds what is searched and extracts from every viewpoint.
 fn extract(
     mesh: &EdgeMesh,
-    method: Method,
+    method: ExtractionMethod,
     saved: Option<SavedForest>,
     viewpoints: &[Viewpoint],
     repeat: u32,
@@ -204,8 +202,8 @@ fn extract(
     let since = Instant::now();
     let (mut extractor, forest, new_forest) = match saved {
         None => {
-            let build = |watch: &mut Watch<'_>| Extractor::watched(mesh, method, watch);
-            (Progress::new().count(BUILDING, build)?, None, None)
+            let build = |watch: &Watch<'_>| Extractor::watched(mesh, method, watch);
+            (Progress::new().watch(build)?, None, None)
         }
         Some(saved) => {
             let (forest, told, new) = saved.forest_of(mesh)?;
@@ -260,8 +258,8 @@ impl SavedForest {
                 Ok((forest, told, None))
             }
             Self::Missing(file) => {
-                let build = |watch: &mut Watch<'_>| ConeForest::watched(mesh, watch);
-                let forest = Progress::new().count(BUILDING, build)?;
+                let build = |watch: &Watch<'_>| ConeForest::watched(mesh, watch);
+                let forest = Progress::new().watch(build)?;
                 let seconds = seconds();
                 let bytes = forest.to_bytes(mesh);
                 let told = ForestJson {

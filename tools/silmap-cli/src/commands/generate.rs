@@ -1,10 +1,11 @@
-//! `silmap generate`: a model of silmap's own making.
+//! `silmap generate`: a generated model.
 
 use std::path::Path;
 
 use serde::Serialize;
 use silmap_geometry::TriangleMesh;
-use silmap_preprocess::{mesh_io, models};
+use silmap_mesh_io as mesh_io;
+use silmap_models as models;
 
 use crate::args::{GenerateArgs, ModelKind};
 use crate::interrupt;

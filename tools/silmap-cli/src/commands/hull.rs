@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Context;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde::Serialize;
 use silmap_geometry::{Appearance, ColourImage, TriangleMesh, without_hidden_parts};
-use silmap_preprocess::PrepWarning;
-use silmap_preprocess::hull::{
-    self, HullLevel, HullParams, ProgressiveHull, VerifyParams, VerifyReport,
+use silmap_hull::{
+    self as hull, HullLevel, HullParams, ProgressiveHull, VerifyParams, VerifyReport,
 };
-use silmap_preprocess::mesh_io;
+use silmap_mesh_io as mesh_io;
+use silmap_preprocess::PrepWarning;
 
 use crate::args::HullArgs;
 use crate::files::{encode_mesh, load_model_bytes, load_options, read};
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &HullArgs) -> anyhow::Result<()> {
     let radius = model.bounds().radius;
     let distance = (args.max_distance).map_or(f64::INFINITY, |d| d.in_units(radius));
     let level = progress
-        .watch(|monitor| sequence.tightened_within(faces, args.tighten.into(), distance, monitor))
+        .watch(|watch| sequence.tightened_within(faces, args.tighten.into(), distance, watch))
         .with_context(named)?;
     // What is verified is what is written.
     let Written { given, hull, moved } = as_written(&level, (&model, origin), &args.out);
@@ -279,7 +279,7 @@ fn take_in(args: &HullArgs, progress: &Progress) -> anyhow::Result<Given> {
     let params = params_from_args(args, model.mesh.bounds().radius);
     let since = Instant::now();
     let sequence = progress
-        .watch(|monitor| hull::build(&model.mesh, &params, monitor))
+        .watch(|watch| hull::build(&model.mesh, &params, watch))
         .with_context(named)?;
     Ok(Given {
         origin: model.mesh.origin(),
@@ -320,10 +320,8 @@ fn as_written(level: &HullLevel, (model, origin): (&TriangleMesh, DVec3), path: 
     let is_glb = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("glb"));
-    let double = |p: [f32; 3]| Vec3::from_array(p).as_dvec3();
     let (mut positions, moved): (Vec<DVec3>, f64) = if rounded.leak <= most || is_glb {
-        let single = rounded.hull.positions.into_iter();
-        (single.map(double).collect(), rounded.moved)
+        (rounded.mesh().positions, rounded.moved)
     } else {
         (level.mesh.positions.clone(), 0.0)
     };

@@ -16,16 +16,10 @@ mod render;
 mod report;
 mod simplify;
 
-pub(crate) use manifest::NotAllBuilt;
-use silmap_gpu::{Gpu, GpuError};
-use thiserror::Error;
+use silmap_gpu::Gpu;
 
 use crate::args::Command;
-
-/// There is nothing to draw with.
-#[derive(Debug, Error)]
-#[error("{0}")]
-pub(crate) struct NoAdapter(pub(crate) GpuError);
+use crate::exit::NoAdapter;
 
 /// Opens the graphics adapter.
 ///

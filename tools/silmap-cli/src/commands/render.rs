@@ -11,7 +11,7 @@ use silmap_geometry::{Camera, TriangleMesh};
 use silmap_gpu::{Gpu, GpuError};
 use silmap_map::{Asset, Method};
 use silmap_measure::ExactShape;
-use silmap_preprocess::mesh_io::{self, LoadedTriangles};
+use silmap_mesh_io::{self as mesh_io, LoadedTriangles};
 use silmap_runtime::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, RenderError, Renderer,
     RendererOptions,

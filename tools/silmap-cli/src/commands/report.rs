@@ -1,4 +1,4 @@
-//! `silmap report`: everything that is to be known about an asset, as a page and as numbers.
+//! `silmap report`: all measurements of an asset, as a page and as numbers.
 
 use std::fs;
 use std::path::PathBuf;

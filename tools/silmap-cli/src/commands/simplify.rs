@@ -9,8 +9,8 @@ use serde::Serialize;
 use silmap_exact::{Simplified, SimplifyParams, simplify};
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_measure::evaluate::compare;
+use silmap_mesh_io as mesh_io;
 use silmap_preprocess::capture::cpu::rasterise;
-use silmap_preprocess::mesh_io;
 
 use crate::args::SimplifyArgs;
 use crate::files::{load_model, read_text};
@@ -65,18 +65,18 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         ..SimplifyParams::default()
     };
     let progress = Progress::new();
-    let simplified = |sentence, eyes| {
+    let simplified = |eyes| {
         progress
-            .count(sentence, |watch| simplify(&model, eyes, &params, watch))
+            .watch(|watch| simplify(&model, eyes, &params, watch))
             .with_context(named)
     };
     let since = Instant::now();
     let Simplified {
         mesh: simple,
         stretched,
-    } = simplified("simplifying", &eyes[..])?;
+    } = simplified(&eyes[..])?;
     let seconds = since.elapsed().as_secs_f64();
-    let plain = simplified("without guidance", &[])?.mesh;
+    let plain = simplified(&[])?.mesh;
     let files = mesh_io::encode_painted(&args.mesh.out, &simple, model.origin())?;
     let mut staging = Staging::default();
     for (path, bytes) in &files.beside {

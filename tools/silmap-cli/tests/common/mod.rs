@@ -12,6 +12,10 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
+#[allow(unreachable_pub, reason = "the file is shared with a library")]
+#[path = "../../../../tests/src/outside.rs"]
+pub(crate) mod outside;
+
 /// Options of a build that takes a second.
 pub(crate) const SMALL_BUILD: &[&str] = &[
     "--views",
@@ -108,7 +112,7 @@ pub(crate) fn scratch(name: &str) -> PathBuf {
 pub(crate) fn is_gpu_skipped() -> bool {
     let is_skipped = std::env::var("SILMAP_GPU").is_ok_and(|v| v == "skip");
     if is_skipped {
-        eprintln!("skipped, because SILMAP_GPU=skip: pictures");
+        outside::skip("tests on a graphics adapter: SILMAP_GPU=skip");
     }
     is_skipped
 }

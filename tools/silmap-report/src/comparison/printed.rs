@@ -1,4 +1,4 @@
-//! Figures as the papers print them, on machines of their time.
+//! Figures printed in the papers.
 
 use serde_json::{Value, json};
 

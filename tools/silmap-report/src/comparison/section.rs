@@ -1,4 +1,4 @@
-//! The section of the page: which method to take, tables, plots, and the papers' figures beside.
+//! The page's section on the comparison: recommended method, tables, plots and the papers' figures.
 
 use maud::{Markup, PreEscaped, html};
 

@@ -1,4 +1,4 @@
-//! What follows from measured times, and that the page has it.
+//! Conclusions from measured times, and their place on the page.
 
 use silmap_measure::ContourResult;
 

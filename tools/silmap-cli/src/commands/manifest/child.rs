@@ -1,4 +1,4 @@
-//! The process that builds one model, and what it ends in.
+//! The child process that builds one model, and its result.
 //!
 //! It is this program again with the options of the line. While it runs its memory is looked at, and it is stopped when its time
 //! is over or the user asks. It ends with the process that reads the list, however that ends.

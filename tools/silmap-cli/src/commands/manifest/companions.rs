@@ -1,4 +1,4 @@
-//! The files that make up a model: its own, and those that it names.
+//! The files of a model: its own, and those that it refers to.
 //!
 //! What a model names is found by the words that its format uses for it, without reading the mesh. A name too many, of a file
 //! that the reader would not open, costs a build at the worst; what is missing has no part in the hash until it is there.

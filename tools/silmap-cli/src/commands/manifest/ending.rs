@@ -1,11 +1,11 @@
-//! What the end of a model's process means: done, its own fault, for want of resources, or ours.
+//! Classification of a child process's end: done, bad input, out of resources, or a fault of silmap.
 
 use std::process::ExitStatus;
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::entry::{Entry, one_line};
-use super::record::Status;
 use crate::exit::ExitClass;
 
 /// A process that held this share of its limit when a signal ended it had run out of memory.
@@ -38,6 +38,33 @@ pub(super) struct Ending<'a> {
     pub(super) peak: Option<u64>,
     /// From its start to its end.
     pub(super) seconds: f64,
+}
+
+/// What became of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Status {
+    /// Its asset is there.
+    Done,
+    /// Its asset was there.
+    Kept,
+    /// It is at fault itself: trying again changes nothing.
+    BadInput,
+    /// Memory, disk, time or an adapter was missing: another try elsewhere may do.
+    Resources,
+    /// A fault of ours, to be reported.
+    Failed,
+}
+
+impl Status {
+    /// What a process or an error of this class means for its model.
+    pub(super) fn of(class: ExitClass) -> Self {
+        match class {
+            ExitClass::BadInput | ExitClass::Usage => Self::BadInput,
+            ExitClass::NoAdapter | ExitClass::Resources | ExitClass::Interrupted => Self::Resources,
+            ExitClass::Fault => Self::Failed,
+        }
+    }
 }
 
 /// How a model ended.

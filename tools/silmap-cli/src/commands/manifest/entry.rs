@@ -1,4 +1,4 @@
-//! A model to build: its paths, and what its options and those of the command line come to.
+//! An entry of the list: its paths, and its options merged with those of the command line.
 //!
 //! Options of a line go through the same parser as those of the command line, so that they have the same names, values and
 //! sentences.

@@ -1,4 +1,4 @@
-//! Reading a list line by line: nothing is held but the line at hand and a fingerprint of each output's name.
+//! Streaming a list line by line, with a fingerprint of each output's name.
 
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -21,13 +21,13 @@ use anyhow::Context;
 use indicatif::ProgressBar;
 
 use crate::args::{ManifestArgs, Shard};
-use crate::exit::ExitClass;
+use crate::exit::{ExitClass, NotAllBuilt};
 use crate::interrupt;
 use crate::output::{self, OutputFolder};
-use ending::Ended;
+use ending::{Ended, Status};
 use entry::{Entry, Shared};
 use list::Item;
-use record::{Line, Record, Status};
+use record::{Line, Record};
 
 pub(crate) use child::end_with_reader;
 
@@ -42,15 +42,6 @@ struct Counts {
     bad_input: u64,
     resources: u64,
     failed: u64,
-}
-
-/// Not everything was built; each model's own line says why.
-#[derive(Debug, thiserror::Error)]
-#[error("{sentence}")]
-pub(crate) struct NotAllBuilt {
-    sentence: String,
-    /// What an engine should do with the list.
-    pub(crate) class: ExitClass,
 }
 
 impl Counts {

@@ -1,4 +1,4 @@
-//! What became of a model: the line on standard output, and the record beside the asset that a later run reads.
+//! The result of a model: the line on standard output, and the record beside the asset.
 //!
 //! A record appears after its asset, so that an asset without one is built again and never taken for something else.
 
@@ -10,40 +10,12 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::ending::Ended;
+use super::ending::{Ended, Status};
 use super::entry::Entry;
 use super::list::Refusal;
-use crate::exit::ExitClass;
 
 /// Larger files are no records.
 const MAX_RECORD_BYTES: u64 = 1 << 22;
-
-/// How a model ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Status {
-    /// Its asset is there.
-    Done,
-    /// Its asset was there.
-    Kept,
-    /// It is at fault itself: trying again changes nothing.
-    BadInput,
-    /// Memory, disk, time or an adapter was missing: another try elsewhere may do.
-    Resources,
-    /// A fault of ours, to be reported.
-    Failed,
-}
-
-impl Status {
-    /// What a process or an error of this class means for its model.
-    pub(super) fn of(class: ExitClass) -> Self {
-        match class {
-            ExitClass::BadInput | ExitClass::Usage => Self::BadInput,
-            ExitClass::NoAdapter | ExitClass::Resources | ExitClass::Interrupted => Self::Resources,
-            ExitClass::Fault => Self::Failed,
-        }
-    }
-}
 
 /// How one model of a list ended, as it is printed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
