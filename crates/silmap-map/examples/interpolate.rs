@@ -3,6 +3,8 @@
 //! `cargo run -p silmap-map --example interpolate -- ASSET.glb X,Y,Z OUT.svg`: the eye as a direction from the model's centre; it stands
 //! at three radii.
 
+#![allow(clippy::print_stdout, reason = "an example prints its result")]
+
 use std::error::Error;
 use std::fmt::Write as _;
 
