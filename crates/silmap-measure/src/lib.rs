@@ -3,7 +3,7 @@
 //!
 //! Nothing that makes or draws an asset depends on this crate. What needs several crates that may not know of each other is
 //! measured here: [`ExactShape`] hands exact loops to the renderer, [`Bench`] times extraction, interpolation and frames, and
-//! [`compare`] does so over the model's resolution. [`measure`] is all that a report shows.
+//! [`compare`] does so over the model's resolution. [`measure()`] is all that a report shows.
 
 mod bench;
 mod comparison;
