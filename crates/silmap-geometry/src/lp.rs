@@ -296,7 +296,7 @@ mod tests {
             let mut half_spaces: Vec<HalfSpace> =
                 planes.iter().map(|&(normal, through)| half_space(normal, through)).collect();
             let expected = reference(objective, &planes, 0.0);
-            // The other solver knows when it could not tell.
+            // The other solver reports when it could not decide.
             prop_assume!(!matches!(expected, Err(microlp::Error::InternalError(_))));
             // Where a hair's breadth changes the answer (a feasible set without inside), solvers may differ.
             let moved = [-1e-5, 1e-5].map(|margin| reference(objective, &planes, margin));

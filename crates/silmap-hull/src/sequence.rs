@@ -218,7 +218,7 @@ fn read_collapsed(
     let vertices = body.number()?;
     let base_faces = body.number()? as usize;
     let splits = body.number()? as usize;
-    // Before room is made for them.
+    // Before memory is allocated for them.
     let least = base_faces as u64 * 16 + u64::from(vertices) * 48 + splits as u64 * 156;
     if (body.0.len() as u64) < least || faces as u64 != base_faces as u64 + 2 * splits as u64 {
         return damaged(format!(

@@ -1,4 +1,4 @@
-//! The bytes of an input file: whole, in pieces, and never more than there is room for.
+//! The bytes of an input file: whole, in pieces, and never more than memory allows.
 //!
 //! A device or a pipe may never end, and a file may be larger than the memory, so that whatever is read as a whole is read here.
 //! A caller that wants to be interrupted while a pipe has nothing to say does this on a thread of its own and leaves it waiting.
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn all_of_the_rest_is_read() {
         let bytes: Vec<u8> = (0..3_000_001_u32).map(|i| (i % 251) as u8).collect();
-        // A length that is told is not believed.
+        // The expected length is not relied on.
         for expected in [0, 5, 4_000_000] {
             let read = read_within(&bytes[..], expected, 1 << 30, || Some(1 << 30)).unwrap();
             assert_eq!(read, bytes);

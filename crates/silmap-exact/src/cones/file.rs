@@ -116,7 +116,7 @@ impl ConeForest {
             });
         }
         let (node_count, unbounded_count) = (body.number()? as usize, body.number()? as usize);
-        // Before room is made for them.
+        // Before memory is allocated for them.
         if body.0.len() as u64 != 8 * node_count as u64 + 4 * u64::from(edges) {
             return damaged(format!(
                 "its counts ({node_count} nodes, {edges} edges) do not fit its length"
