@@ -26,7 +26,7 @@ pub(crate) struct Counter<'w> {
 }
 
 impl<'w> Counter<'w> {
-    /// Starts a stage. `patience` is how many steps pass before the caller hears again.
+    /// Starts a stage. `patience` is how many steps pass before the next report.
     pub(crate) fn start(watch: &'w Watch<'w>, stage: Stage, total: u64, patience: u64) -> Self {
         watch.start(stage, total);
         Self {

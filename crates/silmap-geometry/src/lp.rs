@@ -198,7 +198,7 @@ fn falls_for_ever(objective: DVec3, half_spaces: &[HalfSpace]) -> bool {
         .is_some_and(|direction| objective.dot(direction) < -least)
 }
 
-/// Seidel's expected time needs a random order; a fixed one serves, as nobody chooses the input against it.
+/// Seidel's expected time needs a random order; a fixed one suffices, as no input is chosen adversarially.
 fn shuffle(half_spaces: &mut [HalfSpace]) {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     for i in (1..half_spaces.len()).rev() {

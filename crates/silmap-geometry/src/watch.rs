@@ -83,7 +83,7 @@ impl<'a> Watch<'a> {
         Self { on_event, stop }
     }
 
-    /// Reports to nobody and never stops.
+    /// Discards reports and never stops.
     #[must_use]
     pub fn silent() -> Watch<'static> {
         Watch {
@@ -92,7 +92,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Stops when this one does, but reports to nobody.
+    /// Stops when this one does, but discards reports.
     #[must_use]
     pub fn quiet(&self) -> Self {
         Self {

@@ -14,7 +14,7 @@ pub const MOST_BYTES: u64 = 4 << 30;
 /// What is read at once.
 const PIECE_BYTES: usize = 1 << 20;
 
-/// Up to here nobody asks how much memory there is.
+/// Up to this size the machine's memory is not checked.
 const SMALL_BYTES: u64 = 64 << 20;
 
 /// A file is at most this part of the memory: what is made of it needs more than its bytes.
@@ -41,7 +41,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// Reads to the end. `expected` is how long the input says that it is: a reason to refuse it, but none to believe it.
+/// Reads to the end. `expected` is the length that the input claims: an input may be refused for it, but it is not relied on.
 fn read_within(
     mut input: impl Read,
     expected: u64,

@@ -12,7 +12,7 @@
 //! | 4 + 4 a node | in depth-first order: its own edges; its children |
 //! | 4 an edge | those of the nodes, in their order, then those tested always |
 //!
-//! A reader trusts none of it: every edge must be there once and the nodes make trees; cones are not stored but worked out again,
+//! A reader verifies all of it: every edge must be there once and the nodes make trees; cones are not stored but worked out again,
 //! which takes a fraction of the time that choosing the nodes took. So whatever a file holds, what is found with it is right.
 
 use thiserror::Error;

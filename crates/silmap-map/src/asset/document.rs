@@ -372,7 +372,7 @@ pub(super) struct PlainDocument {
     pub(super) images: Vec<PlainImage>,
 }
 
-/// Who wrote the document.
+/// The program that wrote the document.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct PlainAsset {
     pub(super) generator: Option<String>,

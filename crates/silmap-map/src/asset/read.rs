@@ -1,6 +1,6 @@
 //! From the bytes of a `.glb` to an asset.
 //!
-//! Nothing is believed: the checksum is compared first, then every count against the bytes that are there and every index
+//! Everything is verified: the checksum is compared first, then every count against the bytes that are there and every index
 //! against what it points into.
 
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Random assets through the whole file format, and files that somebody broke.
+//! Random assets through the whole file format, and damaged files.
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
@@ -308,7 +308,7 @@ proptest! {
             let sound = read(&file).unwrap();
             let at = at.index(file.len());
             file[at] ^= change;
-            // Noticed, or without effect: what is around the asset's own is anybody's.
+            // Noticed, or without effect: what is around the asset's own data may change.
             if let Ok(found) = read(&file) {
                 prop_assert_eq!(&in_place(found, &sound), &sound, "byte {}", at);
             }

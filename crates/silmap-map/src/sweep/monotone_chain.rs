@@ -27,7 +27,7 @@ pub(crate) struct MonotoneChains {
 }
 
 impl MonotoneChains {
-    /// Forgets everything, keeping the storage.
+    /// Clears everything, keeping the storage.
     pub(crate) fn clear(&mut self) {
         self.points.clear();
         self.chains.clear();
