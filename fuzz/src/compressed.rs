@@ -18,7 +18,7 @@ const BY_DRACO: &str = "RFJBQ08CAgEBAAAABAQAAwAAAS8BARAB/wAAAQAJAwAAAgEBAQADAwEQ
 
 /// A document with one mesh of one primitive; accessor 0 has its positions, accessor 1 its indices.
 fn document(primitive: Value, extension: &str, data: &str, length: usize, views: Value) -> Value {
-    // Draco keeps everything in one view, of which accessors know nothing.
+    // Draco keeps everything in one view, to which no accessor refers.
     let has_both = views[1] != Value::Null;
     let of = |view: usize| has_both.then_some(view);
     json!({

@@ -169,7 +169,7 @@ pub fn read_forest(bytes: &[u8]) {
             edges.sort_unstable();
             edges
         };
-        // Whoever reads a forest works its cones out again: a forged one may be slow but not wrong.
+        // Reading a forest computes its cones again: a forged one may be slow but not wrong.
         assert_eq!(found(&mut by_forest), found(&mut brute));
     }
 }

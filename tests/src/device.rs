@@ -7,7 +7,7 @@ use crate::outside;
 /// A fresh device, or nothing when the environment says `SILMAP_GPU=skip`, which is the only way to do without one.
 ///
 /// # Panics
-/// When there is no device and nobody said to skip.
+/// When there is no device and skipping was not requested.
 #[must_use]
 pub fn open_or_skip() -> Option<Gpu> {
     if std::env::var_os("SILMAP_GPU").is_some_and(|v| v == "skip") {

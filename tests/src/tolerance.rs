@@ -51,7 +51,7 @@ pub const SOFT_COVERAGE: Tolerance = Tolerance {
     max_outliers: 40,
 };
 
-/// Multisampled coverage against the true area. Four samples tell five shares apart: half a step (32 of 255), and as much
+/// Multisampled coverage against the true area. Four samples distinguish five shares: half a step (32 of 255), and as much
 /// again for where the samples lie, with a margin for corners in a pixel.
 pub const SAMPLED_COVERAGE: Tolerance = Tolerance {
     value: 80,

@@ -1,4 +1,4 @@
-//! Contour level of detail: what coarser contours cost where the model is small on the screen, and that nobody sees them change.
+//! Contour level of detail: what coarser contours cost where the model is small on the screen, and that their changes are not visible.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 #![allow(clippy::print_stdout, reason = "the errors are worth reading")]
 

@@ -75,7 +75,7 @@ fn outside(model: &TriangleMesh, p: DVec3) -> f64 {
     if winding(model, p) > 0 {
         return 0.0;
     }
-    // On the surface as far as anybody can tell; the sum of angles needs some distance, too.
+    // On the surface within the tolerance; the sum of angles needs some distance, too.
     let away = distance(model, p);
     if away <= TOLERANCE_REL * model.bounds().radius {
         0.0

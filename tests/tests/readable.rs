@@ -94,7 +94,7 @@ fn few_views_of_a_torus_are_read_everywhere() {
     assert_eq!(look(0, &params(64, 16, 128, false, 3.0)), Some(16));
 }
 
-/// A polytope that cuts into the model is refused by the build, not by whoever reads the asset.
+/// A polytope that cuts into the model is refused by the build, not by the reader of the asset.
 #[test]
 fn too_few_views_close_by_are_refused() {
     assert_eq!(look(0, &params(12, 12, 96, false, 1.1)), None);

@@ -80,7 +80,7 @@ impl Pose {
     }
 }
 
-/// The largest distance that counts as a fit to this outline, pixels, if nobody says another.
+/// The largest distance that counts as a fit to this outline, pixels, by default.
 fn usual_bound_px(outline: &[Loop]) -> f64 {
     let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (low, high) =

@@ -25,7 +25,7 @@ pub(crate) struct Segment {
     pub(crate) to: u32,
 }
 
-/// Crossings nearer to each other than this part of their segment are not told apart.
+/// Crossings nearer to each other than this part of their segment are not distinguished.
 const CLOSEST_CROSSINGS: f64 = 1e-9;
 /// A crossing as one of its two segments sees it.
 #[derive(Clone, Copy, Debug)]

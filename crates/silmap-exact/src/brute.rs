@@ -55,7 +55,7 @@ impl Brute {
     }
 }
 
-/// Writes the edges whose faces disagree, numbered from `first`, to the front of `found`, which has room for all of them;
+/// Writes the edges whose faces disagree, numbered from `first`, to the front of `found`, which has space for all of them;
 /// without a branch that could be mispredicted.
 fn gather(edge_faces: &[[u32; 2]], first: u32, is_front: &[bool], found: &mut [u32]) -> usize {
     let mut count = 0;

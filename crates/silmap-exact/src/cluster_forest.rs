@@ -153,7 +153,7 @@ impl<B: FacingBound + Copy> ClusterForest<B> {
             visited_nodes,
         };
         self.test_groups(tested, &RoundedQuery::new(&query));
-        // The few that are not known of are decided on their own, so that nobody waits for them.
+        // The few that this does not decide are decided on their own, so that the others need not wait for them.
         let mut unsure_count = 0;
         for (place, &(_, unsure)) in (0..).zip(&self.fronts[..tested]) {
             self.unsure[unsure_count] = place;

@@ -34,7 +34,7 @@ pub(crate) struct GroupFaces([u32; LANES]);
 
 /// A coordinate of a plane, at most 1, as 16 bits.
 const PLANE_SCALE: f32 = 32767.0;
-/// The same of a query: so much smaller that the sum of products, at most 2 and as the upper 16 of 32 bits, has room.
+/// The same of a query: so much smaller that the sum of products, at most 2 and as the upper 16 of 32 bits, does not overflow.
 const QUERY_SCALE: f32 = 32000.0;
 /// Sums beyond this, which are whole, have the right sign. Four products lose less than 1 each, which [`ROUNDING`] makes up for
 /// half of; half a unit of a factor is worth a fourth of the other one, and those of a plane, and of a query, are at most
@@ -113,7 +113,7 @@ impl GroupSides {
         self.edge_count as usize
     }
 
-    /// Writes the edges of which one face is among the `fronts` to the place `at` of a list with room for eight more, and
+    /// Writes the edges of which one face is among the `fronts` to the place `at` of a list with space for eight more, and
     /// moves the place behind them: twice the place of the edge among those of all groups, and one more when its left face
     /// is in front.
     #[inline(always)]

@@ -163,7 +163,7 @@ impl<'m> Extractor<'m> {
         }
     }
 
-    /// Forgets earlier viewpoints: the next extraction starts afresh, where a method would otherwise go on from the last.
+    /// Discards earlier viewpoints: the next extraction starts afresh, where a method would otherwise go on from the last.
     pub fn forget(&mut self) {
         if let MethodData::Dual(moving) = &mut self.data {
             moving.forget();

@@ -45,7 +45,7 @@ pub(crate) fn level_order(child_counts: &[u32], key: impl Fn(usize) -> u32) -> L
     }
 }
 
-/// Numbers that [`write_range`] writes at once; lists of them have room for as many more.
+/// Numbers that [`write_range`] writes at once; lists of them have space for as many more.
 pub(crate) const SPARE: usize = 8;
 
 /// Writes `count` numbers from `first` on to the place `at` of a list, and moves the place behind them.

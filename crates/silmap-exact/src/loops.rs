@@ -62,7 +62,7 @@ pub enum OutlineError {
 }
 
 /// Points farther out than this, pixels, are refused: a crossing of two edges is no longer known to a pixel there, and the union of
-/// loops that falls back on integers has no room for much more.
+/// loops that falls back on integers cannot represent much larger coordinates.
 pub(crate) const FARTHEST_PX: f64 = 1e9;
 
 /// Where a vertex is seen, pixels: in front of the eye, and at a number that can be counted with.

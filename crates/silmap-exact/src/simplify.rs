@@ -220,7 +220,7 @@ struct Collapses<'a> {
 }
 
 impl Collapses<'_> {
-    /// Queues every edge; `tell` hears of vertices now and then.
+    /// Queues every edge; calls `tell` at intervals with the vertex reached.
     fn push_all(
         &mut self,
         vertex_count: u32,
@@ -255,7 +255,7 @@ impl Collapses<'_> {
         self.quadrics[ends[0] as usize].sum(&self.quadrics[ends[1] as usize])
     }
 
-    /// Takes the next edge from the queue and collapses it if it can be; tells whether a seam was torn.
+    /// Takes the next edge from the queue and collapses it if it can be; returns whether a seam was torn.
     fn step(&mut self) -> Option<bool> {
         let Some((cost, entry)) = self.queue.pop() else {
             if self.deferred.is_empty() {

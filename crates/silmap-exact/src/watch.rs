@@ -26,7 +26,7 @@ pub(crate) struct Counter<'w> {
 }
 
 impl<'w> Counter<'w> {
-    /// Starts a stage. `patience` is how many steps pass before the caller hears again.
+    /// Starts a stage. `patience` is how many steps pass before the next report.
     pub(crate) fn start(watch: &'w Watch<'w>, stage: Stage, total: u64, patience: u64) -> Self {
         watch.start(stage, total);
         Self {
@@ -55,7 +55,7 @@ impl<'w> Counter<'w> {
         self.tell()
     }
 
-    /// Lets the caller hear now.
+    /// Reports to the caller now, and checks whether to stop.
     pub(crate) fn tell(&mut self) -> Result<(), Interrupted> {
         self.heard = self.steps;
         let done = self.done.min(self.total);
@@ -66,7 +66,7 @@ impl<'w> Counter<'w> {
         self.watch.check()
     }
 
-    /// So much of the total is done in all: lets the caller hear.
+    /// Sets how much of the total is done in all, and reports it.
     pub(crate) fn tell_done(&mut self, done: u64) -> Result<(), Interrupted> {
         self.done = done;
         self.tell()
@@ -84,7 +84,7 @@ impl<'w> Counter<'w> {
     }
 }
 
-/// What `work` tells of itself, if it is asked to stop when it has told this many things.
+/// The events that `work` reports, if it is asked to stop after `last` of them.
 #[cfg(test)]
 pub(crate) fn heard(
     last: usize,

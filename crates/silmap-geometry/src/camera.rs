@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec2, DVec3, DVec4};
 use thiserror::Error;
 
-/// Room left around the bounding sphere when a camera is fitted to it, as a factor on the half-tangent.
+/// Margin left around the bounding sphere when a camera is fitted to it, as a factor on the half-tangent.
 pub const FIT_MARGIN: f64 = 1.02;
 
 /// Within this angle (radians, 18°) of the ±Y axis a camera takes +Z for up instead of +Y.

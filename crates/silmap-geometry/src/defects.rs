@@ -472,7 +472,7 @@ fn duplicate_faces(faces: &[[u32; 3]], names: &[u32]) -> Option<Defect> {
         .collect();
     by_corners.sort_unstable();
     let copies = by_corners.chunk_by(|a, b| a.0 == b.0);
-    // Of each group the first is no copy; the earliest copy of all is told of.
+    // Of each group the first is no copy; the earliest copy of all is reported.
     let count: usize = copies.clone().map(|group| group.len() - 1).sum();
     let first = copies
         .filter_map(|group| Some((group.get(1)?.1, group[0].1)))

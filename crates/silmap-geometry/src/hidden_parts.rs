@@ -1,10 +1,10 @@
 //! Parts of a closed mesh that no eye outside can see: cavities, and whatever lies within them or within a solid.
 //!
-//! A part is hidden when another one winds around it and their surfaces have no point in common: whoever looks at it from
-//! outside looks through that other part. Which way either faces does not matter, so that the shells of an onion are hidden
-//! but for the outermost one. One point tells for a whole part, as parts are connected; every sign is exact.
+//! A part is hidden when another one winds around it and their surfaces have no point in common: every ray from outside
+//! to it passes through that other part. Which way either faces does not matter, so that the shells of an onion are hidden
+//! but for the outermost one. One point decides for a whole part, as parts are connected; every sign is exact.
 //! Parts that touch or cross what surrounds them stay, and so do those that only several others together enclose.
-//! A room with an opening is one part with the outside, and nothing is hidden.
+//! The wall of a cavity with an opening is one part with the outer surface, and is not hidden.
 
 use std::collections::BTreeSet;
 

@@ -78,7 +78,7 @@ pub fn close_holes(mesh: &mut TriangleMesh) -> HoleReport {
         filler.fill(&rim);
     }
     report.added_faces = mesh.faces.len() - face_count;
-    // A new vertex is told of by the rim of its hole, the first face that uses it.
+    // A new vertex is reported as a vertex of its hole's rim, from the first face that uses it.
     let mut beside = vec![None; mesh.positions.len() - vertex_count];
     for face in &mesh.faces[face_count..] {
         let old = face.iter().copied().find(|&v| (v as usize) < vertex_count);

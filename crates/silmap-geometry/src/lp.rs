@@ -198,7 +198,7 @@ fn falls_for_ever(objective: DVec3, half_spaces: &[HalfSpace]) -> bool {
         .is_some_and(|direction| objective.dot(direction) < -least)
 }
 
-/// Seidel's expected time needs a random order; a fixed one serves, as nobody chooses the input against it.
+/// Seidel's expected time needs a random order; a fixed one suffices, as no input is chosen adversarially.
 fn shuffle(half_spaces: &mut [HalfSpace]) {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     for i in (1..half_spaces.len()).rev() {
@@ -296,7 +296,7 @@ mod tests {
             let mut half_spaces: Vec<HalfSpace> =
                 planes.iter().map(|&(normal, through)| half_space(normal, through)).collect();
             let expected = reference(objective, &planes, 0.0);
-            // The other solver knows when it could not tell.
+            // The other solver reports when it could not decide.
             prop_assume!(!matches!(expected, Err(microlp::Error::InternalError(_))));
             // Where a hair's breadth changes the answer (a feasible set without inside), solvers may differ.
             let moved = [-1e-5, 1e-5].map(|margin| reference(objective, &planes, margin));

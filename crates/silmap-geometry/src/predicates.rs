@@ -140,13 +140,13 @@ fn line_meets_triangle(p: DVec3, q: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
 /// lie in one plane, do not cross.
 #[must_use]
 pub fn triangles_cross(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
-    // A corner at a place of the other's is on its plane: rounding cannot tell, and an exact answer would take long.
+    // A corner that coincides with one of the other triangle is on its plane: rounded signs do not show this, and exact ones are slow.
     let sides = |[a, b, c]: [DVec3; 3], p: DVec3| match p == a || p == b || p == c {
         true => (0.0, true),
         false => (side_of_plane(a, b, c, p), false),
     };
     // Where one has no corner beyond the other's plane, and none on it but corners of both, no edge of either goes through the other:
-    // in that plane there is nothing of the one but what both share. Its first corners mostly tell whether that may be so.
+    // in that plane the one has only what both share. Its first corners mostly decide whether this may be so.
     let of_second = second.map(|p| sides(first, p));
     let is_beside = |sides: &[(f64, bool); 3]| {
         let all = |is_there: fn(f64) -> bool| {
@@ -171,7 +171,7 @@ pub fn triangles_cross(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
     is_pierced(first, of_first, second) || is_pierced(second, of_second, first)
 }
 
-/// Whether two triangles have no point in common, as far as this tells: never for triangles that meet, and nearly always for
+/// Whether two triangles are shown to have no point in common: never for triangles that meet, and nearly always for
 /// others, but for some in one plane.
 #[must_use]
 pub fn triangles_are_apart(first: [DVec3; 3], second: [DVec3; 3]) -> bool {

@@ -48,7 +48,7 @@ impl<T: Ord> PartialEq for Entry<T> {
 impl<T: Ord> Eq for Entry<T> {}
 
 impl<T: Ord> CostQueue<T> {
-    /// Nothing, with room for so many items.
+    /// An empty queue with capacity for so many items.
     #[must_use]
     pub fn with_capacity(capacity: usize) -> Self {
         Self {

@@ -1,13 +1,13 @@
-//! What long work tells its caller, and how the caller stops it.
+//! What long work reports to its caller, and how the caller stops it.
 //!
-//! Every function of the workspace that may take long takes a [`Watch`]. It says how far it is in [`StageEvent`]s, and ends
+//! Every function of the workspace that may take long takes a [`Watch`]. It reports progress as [`StageEvent`]s, and ends
 //! with [`Interrupted`] soon after the caller asked for that.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use thiserror::Error;
 
-/// A stage of long work, by what a person is told that it does: `"growing the hull"`. Each crate names its own.
+/// A stage of long work, by the description shown to users: `"growing the hull"`. Each crate names its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Stage(pub &'static str);
 
@@ -83,7 +83,7 @@ impl<'a> Watch<'a> {
         Self { on_event, stop }
     }
 
-    /// Reports to nobody and never stops.
+    /// Discards reports and never stops.
     #[must_use]
     pub fn silent() -> Watch<'static> {
         Watch {
@@ -92,7 +92,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Stops when this one does, but reports to nobody.
+    /// Stops when this one does, but discards reports.
     #[must_use]
     pub fn quiet(&self) -> Self {
         Self {
@@ -101,17 +101,17 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Tells of the start of a stage.
+    /// Reports the start of a stage.
     pub fn start(&self, stage: Stage, total: u64) {
         (self.on_event)(StageEvent::Started { stage, total });
     }
 
-    /// Tells of `count` finished units.
+    /// Reports `count` finished units.
     pub fn advance(&self, stage: Stage, count: u64) {
         (self.on_event)(StageEvent::Advanced { stage, count });
     }
 
-    /// Tells of the end of a stage.
+    /// Reports the end of a stage.
     pub fn finish(&self, stage: Stage) {
         (self.on_event)(StageEvent::Finished { stage });
     }

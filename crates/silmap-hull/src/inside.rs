@@ -3,7 +3,7 @@
 //! By the rule of `placement` an inner hull winds nowhere more often than the model does. That alone does not keep it inside: where
 //! faces fold over, it winds less than zero times, and may do so outside the model, as at the tips of thin fingers. So
 //! each fan of new faces is held against the model itself: a fan that touches nothing of the model's surface, but where
-//! its ring lies on it, is inside as a whole when its vertex is. The touching is told by exact signs.
+//! its ring lies on it, is inside as a whole when its vertex is. Touching is decided by exact signs.
 //!
 //! Where the model passes through itself, a fan may go from one part into another, as long as both sides of
 //! the place are inside; that is looked at in the middle of each crossing.

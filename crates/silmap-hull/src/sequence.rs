@@ -15,7 +15,7 @@
 //! | 48 a vertex | of the model's count: position and P in the base mesh, of no meaning where it has no such vertex |
 //! | 152 + 4 k a split | from coarse to fine: vertex kept and vertex added; the two faces added, each its place and its vertices; positions, then P, of the two vertices; volume that the split takes away; largest distance with all coarser splits undone; k; the k corners (three a face) that pass to the added vertex |
 //!
-//! A reader trusts none of it: the splits are made, which gives the model, and the collapses done again from there.
+//! A reader verifies all of it: the splits are made, which gives the model, and the collapses done again from there.
 
 use std::ops::Range;
 
@@ -218,7 +218,7 @@ fn read_collapsed(
     let vertices = body.number()?;
     let base_faces = body.number()? as usize;
     let splits = body.number()? as usize;
-    // Before room is made for them.
+    // Before memory is allocated for them.
     let least = base_faces as u64 * 16 + u64::from(vertices) * 48 + splits as u64 * 156;
     if (body.0.len() as u64) < least || faces as u64 != base_faces as u64 + 2 * splits as u64 {
         return damaged(format!(

@@ -1,4 +1,4 @@
-//! Does a hull enclose a mesh? Told from the two meshes alone, whatever made them.
+//! Checks that a hull encloses a mesh, from the two meshes alone, whatever made them.
 //!
 //! A point of the mesh has escaped when the hull winds around it less often than the mesh itself does on the inner side of its surface.
 //! Of an inner hull a point has escaped when the model does not wind around it at all, however the hull itself does: its
@@ -104,7 +104,7 @@ fn look(
         .map(|f| look.crossings(f))
         .collect();
     let mut samples = sample_points(mesh, params.samples);
-    // Where all corners lie on the hull they tell nothing about the face between them.
+    // Where all corners lie on the hull they say nothing about the face between them.
     let on_hull: Vec<bool> = (mesh.positions.par_iter())
         .map(|&p| look.hull_tree.closest_point_within(p, look.skin).is_some())
         .collect();

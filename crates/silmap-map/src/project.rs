@@ -59,7 +59,7 @@ impl Projection {
 /// With a normal closer than this to right angles with the pair's baseline, the slide says little about the radius.
 const LEAST_TILT: f64 = 0.15;
 
-/// Radii of curvature beyond this many radii of the bounding sphere are not believed.
+/// Radii of curvature are limited to this many radii of the bounding sphere.
 const LARGEST_RADIUS_REL: f64 = 2.0;
 
 impl Round {

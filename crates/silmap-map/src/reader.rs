@@ -134,7 +134,7 @@ impl MapReader {
 
 /// The outline of the model that `map` describes, in pixels of `camera`.
 ///
-/// `reader` was made from the same map; it remembers the last triangle, so that a moving eye is located by walking.
+/// `reader` was made from the same map; it keeps the last triangle, so that a moving eye is located by walking.
 ///
 /// # Errors
 /// When the eye lies in the model's bounding sphere, the method needs depths that the map has not, or the map is broken.

@@ -21,7 +21,7 @@ pub use results::{
 
 /// Faces of the coarser meshes: those of the 2000 paper's figure 9, and two more for larger models.
 const LEVEL_FACES: [usize; 6] = [500, 4_000, 20_000, 50_000, 100_000, 200_000];
-/// A coarser mesh with more than this share of the model's faces tells nothing new.
+/// A coarser mesh with more than this share of the model's faces shows nothing new.
 const LARGEST_SHARE: f64 = 0.8;
 /// Viewpoints of the walk, 0.5° apart.
 const WALK_VIEWPOINTS: usize = 120;

@@ -138,7 +138,7 @@ pub fn measure(
 }
 
 /// The curve of evenly spread views: the one that the asset holds, else measured as the asset was built; `None` where the asset does
-/// not tell how, or there is none.
+/// not record how, or there is none.
 fn curve_of_even_views(
     asset: &Asset,
     model: &ClosedMesh,

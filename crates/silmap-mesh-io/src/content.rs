@@ -86,7 +86,7 @@ const BY_START: [(&[u8], &str, &str); 34] = [
     ),
 ];
 
-/// What a file is if it is no mesh that is read here, as far as it can be told.
+/// What a file is if it is no mesh that is read here, as far as its content shows.
 pub(super) fn foreign(bytes: &[u8]) -> Option<Foreign> {
     let found = |what, way_out| Some(Foreign { what, way_out });
     for (start, what, way_out) in BY_START {
@@ -232,7 +232,7 @@ pub(super) fn contradicts(bytes: &[u8], named: Format) -> Option<Format> {
         || is_gltf(named)
         || (named == Format::Stl && super::stl::has_binary_length(bytes))
     {
-        // What is called glTF is told apart there.
+        // The glTF reader itself distinguishes what files of these names hold.
         return None;
     }
     // A file of no clear beginning is what its name says.

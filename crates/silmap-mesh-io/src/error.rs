@@ -41,7 +41,7 @@ pub enum MeshFault {
     /// Zero bytes.
     #[error("the file is empty")]
     Empty,
-    /// Neither the name nor the content tells the format.
+    /// Neither the name nor the content identifies the format.
     #[error("not a kind of mesh file that is known here ({known})")]
     UnknownFormat {
         /// The file name extensions that are known.

@@ -1,4 +1,4 @@
-//! The bytes of an input file: whole, in pieces, and never more than there is room for.
+//! The bytes of an input file: whole, in pieces, and never more than memory allows.
 //!
 //! A device or a pipe may never end, and a file may be larger than the memory, so that whatever is read as a whole is read here.
 //! A caller that wants to be interrupted while a pipe has nothing to say does this on a thread of its own and leaves it waiting.
@@ -14,7 +14,7 @@ pub const MOST_BYTES: u64 = 4 << 30;
 /// What is read at once.
 const PIECE_BYTES: usize = 1 << 20;
 
-/// Up to here nobody asks how much memory there is.
+/// Up to this size the machine's memory is not checked.
 const SMALL_BYTES: u64 = 64 << 20;
 
 /// A file is at most this part of the memory: what is made of it needs more than its bytes.
@@ -41,7 +41,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// Reads to the end. `expected` is how long the input says that it is: a reason to refuse it, but none to believe it.
+/// Reads to the end. `expected` is the length that the input claims: an input may be refused for it, but it is not relied on.
 fn read_within(
     mut input: impl Read,
     expected: u64,
@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn all_of_the_rest_is_read() {
         let bytes: Vec<u8> = (0..3_000_001_u32).map(|i| (i % 251) as u8).collect();
-        // A length that is told is not believed.
+        // The expected length is not relied on.
         for expected in [0, 5, 4_000_000] {
             let read = read_within(&bytes[..], expected, 1 << 30, || Some(1 << 30)).unwrap();
             assert_eq!(read, bytes);

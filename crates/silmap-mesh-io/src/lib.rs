@@ -102,7 +102,7 @@ enum Format {
 
 /// Reads a mesh file and makes sure that it is a closed, oriented manifold that faces outward.
 ///
-/// A model far from the file's origin is told in coordinates about a point near it, see [`ClosedMesh::origin`].
+/// The coordinates of a model far from the file's origin are relative to a point near it, see [`ClosedMesh::origin`].
 /// Parts that face inward without lying in another part are turned, with a warning, whatever the options.
 ///
 /// # Errors
@@ -392,7 +392,7 @@ fn close(
     })
 }
 
-/// The mesh with the vertices the file tells apart and without bodies given again, if that is closed already; and how many
+/// The mesh with the vertices the file distinguishes and without bodies given again, if that is closed already; and how many
 /// faces were given again. `welded` are its faces by merged vertices.
 fn close_without_copies(
     mesh: &TriangleMesh,
@@ -412,7 +412,7 @@ fn close_without_copies(
     close_unwelded(mesh, origin).map(|mesh| (mesh, count))
 }
 
-/// The mesh with the vertices the file tells apart, if that is closed already.
+/// The mesh with the vertices the file distinguishes, if that is closed already.
 fn close_unwelded(mut mesh: TriangleMesh, origin: DVec3) -> Option<ClosedMesh> {
     origin::tell_about(&mut mesh, origin);
     repair::turn_outward(&mut mesh);

@@ -5,7 +5,7 @@
 //! by, `n` a dimension (three), in whatever order the letters stand. Geomview's manual puts normals before colours whatever
 //! the order, and MeshLab writes `NC` and then colours before normals; so the numbers themselves decide where they can
 //! (normals have length 1), and the order of the letters where they cannot. Only colours are taken. Faces may be followed
-//! by a colour; it counts where vertices have none. A face's single number, which picks from a colour map that nobody has,
+//! by a colour; it counts where vertices have none. A face's single number, which picks from a colour map that is not in the file,
 //! is left out with a warning; the binary variant is not read. Vertices count from 0, faces from 1.
 
 use glam::DVec3;

@@ -1,8 +1,8 @@
 //! Coordinates about a point near the model, for models far from their file's origin.
 //!
 //! Map projections put a house 5·10⁶ units away. Single precision then has steps of half a unit, and double precision still
-//! loses digits wherever a product of coordinates is formed. So the model is told from a point near its middle from here on;
-//! [`silmap_geometry::ClosedMesh::origin`] says which, and whoever writes coordinates for people adds it again. The point has few
+//! loses digits wherever a product of coordinates is formed. From here on coordinates are relative to a point near its middle;
+//! [`silmap_geometry::ClosedMesh::origin`] holds it, and code that writes coordinates for people adds it again. The point has few
 //! digits: a multiple of a power of two near the radius. Subtracting it loses nothing, and a model moved by such a
 //! multiple has the same coordinates about its own.
 
@@ -37,12 +37,12 @@ const MOST_EXACT: i64 = 1 << 53;
 /// is the origin of the new ones.
 ///
 /// # Errors
-/// When the numbers of double precision lie too far apart there to tell the model's shape.
+/// When the numbers of double precision lie too far apart there to represent the model's shape.
 pub(super) fn localise(mesh: &mut TriangleMesh) -> Result<(DVec3, Option<MeshWarning>), MeshFault> {
     let bounds = mesh.bounds();
     let radius = bounds.radius;
     let distance = bounds.center.abs().max_element();
-    // What is not finite is another's to tell.
+    // Coordinates that are not finite are reported elsewhere.
     let is_far = radius > 0.0 && distance > NEAR_RADII * radius;
     if !is_far || !(distance / radius).is_finite() {
         return Ok((DVec3::ZERO, None));

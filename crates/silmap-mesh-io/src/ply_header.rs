@@ -36,7 +36,7 @@ pub(super) fn read_header(bytes: &[u8]) -> Result<Header, MeshFault> {
     if !bytes.starts_with(b"ply") {
         return Err(magic);
     }
-    // The first line end tells how all lines end; a data byte that looks like a line end is never taken for one.
+    // The first line end determines how all lines end; a data byte that looks like a line end is never taken for one.
     let ends_in_cr_alone = match (bytes.get(3), bytes.get(4)) {
         (Some(b'\r'), Some(b'\n')) => false,
         (Some(b'\r'), _) => true,

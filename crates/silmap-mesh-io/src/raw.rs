@@ -1,4 +1,4 @@
-//! A mesh as a file tells it: polygons cut into triangles, nothing welded or checked yet.
+//! A mesh as a file gives it: polygons cut into triangles, nothing welded or checked yet.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ pub(super) const MOST_CORNERS: usize = 10_000;
 /// Stands for "no material" until a file is read to its end.
 const NO_MATERIAL: u16 = u16::MAX;
 
-/// The most materials that are told apart; further ones are left out.
+/// The most materials that are distinguished; further ones are left out.
 pub(super) const MOST_MATERIALS: usize = NO_MATERIAL as usize - 1;
 
 /// What a reader makes of a file.

@@ -22,7 +22,7 @@ const BINARY_PLACES: f64 = 8.0;
 const DECIMAL_PLACES: f64 = 4.0;
 /// Fewer digits than this say nothing about how exact numbers are: `0.5` is exact.
 const FEWEST_DIGITS: u8 = 6;
-/// So many digits tell every double.
+/// Numbers of so many digits count as full double precision.
 const MOST_DIGITS: u8 = 16;
 /// A group of vertices that reaches further, in distances, is no single place.
 const WIDEST_GROUP: f64 = 4.0;

@@ -50,7 +50,7 @@ pub(super) fn weld(raw: &RawMesh) -> Welded {
     for v in mesh.faces.iter_mut().flatten() {
         *v = new_of_old[*v as usize];
     }
-    // Faces that repeat a corner in the file itself stay: they are a defect to be told of.
+    // Faces that repeat a corner in the file itself stay: they are a defect to be reported.
     let keeps: Vec<bool> = mesh
         .faces
         .iter()

@@ -104,7 +104,7 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), MeshFault> {
         })
         .and_then(|()| fs::rename(&part, path));
     written.map_err(|source| {
-        // The half-written part is of no use; if it cannot be removed either, the first error is the one to tell.
+        // The half-written part is of no use; if it cannot be removed either, the first error is the one to report.
         let _ = fs::remove_file(&part);
         MeshFault::Unwritable { source }
     })

@@ -7,8 +7,8 @@
 //!
 //! Source: Doi, Koide. An Efficient Method of Triangulating Equi-Valued Surfaces by Using Tetrahedral Cells. IEICE
 //! Transactions E74(1), 1991. The cells' cut is Freudenthal's triangulation of the cube.
-//! Deviations: crossings keep [`EDGE_MARGIN`] away from the grid's vertices, so that no triangle is degenerate; whoever
-//! needs vertices exactly on the surface projects them afterwards.
+//! Deviations: crossings keep [`EDGE_MARGIN`] away from the grid's vertices, so that no triangle is degenerate; a caller
+//! that needs vertices exactly on the surface projects them afterwards.
 
 use glam::{DVec3, U64Vec3};
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ pub(super) trait Field: Sync {
     /// The field's value at a point.
     fn value(&self, point: DVec3) -> f64;
 
-    /// A half-size of a cube about the origin that holds the surface with room to spare.
+    /// A half-size of a cube about the origin that holds the surface with a margin.
     fn extent(&self) -> f64;
 
     /// A bound of the field's slope.

@@ -14,7 +14,7 @@ use silmap_geometry::{CostQueue, TriangleMesh};
 
 use super::polygonise::Field;
 
-/// Passes of collapses, with flips between them that make room for more; one or two do unless the count asked for is
+/// Passes of collapses, with flips between them that make more possible; one or two do unless the count asked for is
 /// too low for the shape.
 const MOST_PASSES: usize = 12;
 

@@ -21,7 +21,7 @@ pub struct BuildParams {
     pub view_radius_rel: f64,
     /// Side of the square capture images, pixels.
     pub resolution_px: u32,
-    /// Who draws the captured views, and which pixels they count as covered.
+    /// Which backend draws the captured views, and which pixels they count as covered.
     pub capture: CaptureParams,
     /// How far a contour may move when it is simplified, pixels.
     pub tolerance_px: f64,

@@ -1,4 +1,4 @@
-//! The stages of a build, by what a person is told of them, and what was odd about it.
+//! The stages of a build, by their descriptions shown to users, and its warnings.
 
 use silmap_geometry::defects::counted;
 use silmap_geometry::{HiddenParts, Stage};

@@ -25,7 +25,7 @@ pub struct Recipe {
     pub fewer_views: Option<u32>,
 }
 
-/// Why an asset does not tell how it was built.
+/// Why the recipe of an asset cannot be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RecipeError {
@@ -56,7 +56,7 @@ pub enum RecipeError {
 }
 
 impl Recipe {
-    /// Of a build with these params. What draws is told as it was drawn: only coverage by centers is ever drawn by a device.
+    /// The recipe of a build with these params. Its backend is the one that drew: only coverage by centers is ever drawn by a device.
     #[must_use]
     pub fn of(params: &BuildParams) -> Self {
         let mut build = params.clone();

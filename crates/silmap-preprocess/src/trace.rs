@@ -117,7 +117,7 @@ impl Sweep {
         for (word, (&a, &b)) in above.iter().zip(below).enumerate() {
             let cracks = a ^ b;
             if cracks | last_crack != 0 {
-                // Bit k of these tells of the corner left of pixel k, whose cracks are k - 1 and k.
+                // Bit k of these stands for the corner left of pixel k, whose cracks are k - 1 and k.
                 let cracks_left = cracks << 1 | last_crack;
                 let contacts = cracks & cracks_left & (a ^ (a << 1 | last_above));
                 let mut turns = (cracks ^ cracks_left) | contacts;

@@ -224,7 +224,7 @@ pub enum RenderError {
         /// The mode asked for.
         mode: Mode,
     },
-    /// The mode is clipped by a region that nobody gave.
+    /// The mode is clipped by a region that was not given.
     #[error("mode {mode:?} is clipped by loops that have to be given with the frame")]
     NoLoops {
         /// The mode asked for.

@@ -35,7 +35,7 @@ pub struct EdgeLinesUniform {
     pub slope_depth: f32,
     /// 1 for [`EdgeStyle::Charcoal`].
     pub charcoal: f32,
-    /// 1 where tags tell the layers apart.
+    /// 1 where tags distinguish the layers.
     pub by_tag: f32,
 }
 
@@ -114,7 +114,7 @@ pub(crate) struct Soup {
     uniform: wgpu::Buffer,
     chunks: Vec<SoupChunk>,
     corners: Vec<[[f32; 3]; 3]>,
-    /// For which camera the tags tell the layers.
+    /// The camera for which the tags distinguish the layers.
     tagged_for: Option<Camera>,
 }
 
@@ -212,7 +212,7 @@ impl Soup {
         self.write_tags(gpu, &numbers);
     }
 
-    /// Tells the layers apart by the item buffer that `camera` saw, four bytes a pixel.
+    /// Tags the faces of each layer by the item buffer that `camera` saw, four bytes a pixel.
     pub(crate) fn tag(&mut self, gpu: &Gpu, camera: &Camera, items: &[u8]) {
         let mut is_seen = vec![false; self.corners.len()];
         for pixel in items.chunks_exact(4) {

@@ -38,7 +38,7 @@ enum Drawn {
 /// Nearest depth over farthest: 24 bits of depth keep a thousandth apart from its neighbours over this range.
 const NEAREST_DEPTH_REL: f64 = 1e-3;
 
-/// Room before and behind the bounding sphere, as a factor on its radius: rounding must not clip what touches it.
+/// Margin before and behind the bounding sphere, as a factor on its radius: rounding must not clip what touches it.
 const DEPTH_MARGIN: f64 = 1.01;
 
 /// How bright the backdrop of [`Mode::Difference`] is.

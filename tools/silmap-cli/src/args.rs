@@ -87,7 +87,7 @@ impl Command {
     pub(crate) fn threads(&self) -> Option<u32> {
         match self {
             Self::Demo(a) => a.pool.threads,
-            // Who reads a list does nothing else.
+            // A process that reads a list does nothing else.
             Self::Build(a) if a.list.manifest.is_some() => None,
             Self::Build(a) => a.pool.threads,
             Self::Evaluate(a) => a.pool.threads,

@@ -8,7 +8,7 @@
 
 use crate::args::Command;
 
-/// A folder that nobody makes: no compositor is found there, as none is without the variable.
+/// A folder that does not exist: no compositor is found there, as none is without the variable.
 #[cfg(target_os = "linux")]
 const NOWHERE: &str = "/nonexistent";
 

@@ -8,10 +8,10 @@
 //! | 3 | [`ExitClass::NoAdapter`] | try where there is a graphics adapter |
 //! | 4 | [`ExitClass::Resources`] | try again, elsewhere: memory, disk, threads, files, time, a lost device |
 //! | 70 | [`ExitClass::Fault`] | report it |
-//! | 130 | [`ExitClass::Interrupted`] | somebody asked to stop |
+//! | 130 | [`ExitClass::Interrupted`] | the user asked to stop |
 //!
 //! Memory that the system refuses to a small allocation ends a program in Rust by the signal SIGABRT, and the kernel's own hand by
-//! SIGKILL: no safe code hears of either. Whoever starts this command takes both for [`ExitClass::Resources`]. What can be large by
+//! SIGKILL: no safe code can catch either. The caller of this command takes both for [`ExitClass::Resources`]. What can be large by
 //! the input alone, the bytes of a file, is asked for in a way that may fail, and bounded before.
 
 use std::any::Any;
@@ -176,7 +176,7 @@ fn is_of_resources(error: &io::Error) -> bool {
 /// What panics said, and where: this belongs in the sentence at the end, not before it. Some are caught on the way and mean nothing.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// As many are kept; of a panic in every thread the first ones tell enough.
+/// So many messages are kept; of a panic in every thread the first ones suffice.
 const MOST_PANICS: usize = 64;
 
 /// Makes panics say nothing by themselves.

@@ -46,7 +46,7 @@ pub(crate) fn check() -> Result<(), Interrupted> {
     }
 }
 
-/// How often somebody who waits for another thread looks at the flag.
+/// How often a thread that waits for another one checks the flag.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// As much as a main thread has.
@@ -64,7 +64,7 @@ pub(crate) fn unless_stopped<T: Send + 'static>(
     let worker = thread::Builder::new()
         .stack_size(STACK_BYTES)
         .spawn(move || {
-            // Nobody waits any more when the user asked to stop.
+            // The receiver is gone when the user asked to stop.
             let _ = result.send(work());
         })
         .context("a thread cannot be started")?;

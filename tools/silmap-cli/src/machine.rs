@@ -2,13 +2,13 @@
 
 use std::fs;
 
-/// The most memory that a process (this one unless told another) held at once so far, bytes; `None` where the system does not
-/// tell.
+/// The most memory that a process (this one if none is given) held at once so far, bytes; `None` where the system does not
+/// report it.
 pub(crate) fn peak_bytes(process: Option<u32>) -> Option<u64> {
     status_bytes(process, "VmHWM:")
 }
 
-/// The memory that a process holds now, bytes; `None` where the system does not tell.
+/// The memory that a process holds now, bytes; `None` where the system does not report it.
 pub(crate) fn held_bytes(process: Option<u32>) -> Option<u64> {
     status_bytes(process, "VmRSS:")
 }

@@ -5,8 +5,8 @@ const DIGITS: i32 = 5;
 /// Numbers from 10 to the first of these powers on, up to the second, are printed without an exponent.
 const PLAIN: std::ops::Range<i32> = -5..9;
 
-/// A coordinate of a model of this radius: so many digits that the model can be told from its neighbours, with an exponent where
-/// it would be a row of noughts.
+/// A coordinate of a model of this radius: with digits down to a small share of that radius, and an exponent where
+/// it would be a row of zeros.
 pub(crate) fn coordinate(value: f64, radius: f64) -> String {
     let power = |x: f64| x.abs().log10().floor();
     if !value.is_finite() || value == 0.0 {

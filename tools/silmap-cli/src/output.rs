@@ -184,9 +184,9 @@ impl Staging {
         interrupt::check()?;
         for (path, bytes) in self.special {
             let device = path.clone();
-            // A pipe that nobody reads is waited for.
+            // Writing to a pipe without a reader blocks.
             match interrupt::unless_stopped(move || write_into(&device, &bytes))? {
-                // Who reads has seen enough.
+                // The reader closed the pipe early, which is fine.
                 Err(error) if error.kind() == ErrorKind::BrokenPipe => {}
                 other => other.with_context(|| cannot_write(&path))?,
             }
@@ -220,7 +220,7 @@ fn rename_all(pairs: &[(&Path, &Path)]) -> anyhow::Result<()> {
         };
         if let Err(error) = fs::rename(from, to) {
             for (path, kept) in done.into_iter().rev() {
-                // The first failure is the one to tell.
+                // The first failure is the one to report.
                 let _ = match kept {
                     Some(folder) => fs::rename(folder.path().join(KEPT), path),
                     None => fs::remove_file(path),
@@ -327,7 +327,7 @@ impl OutputFolder {
 /// Prints one JSON object and a line end on standard output.
 ///
 /// # Errors
-/// When standard output cannot be written to; a closed one is nobody listening, which is fine.
+/// When standard output cannot be written to; a closed one has no reader, which is fine.
 pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     let mut bytes = serde_json::to_vec(value).context("the result cannot be put into JSON")?;
     bytes.push(b'\n');
@@ -350,7 +350,7 @@ pub(crate) fn print_bytes(bytes: &[u8]) -> anyhow::Result<()> {
     }
 }
 
-/// One line on standard error. A closed one is nobody listening.
+/// One line on standard error. A closed one has no reader, which is fine.
 pub(crate) fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

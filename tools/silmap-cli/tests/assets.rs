@@ -41,7 +41,7 @@ fn save(file: &Path, document: &Value, binary: &[u8]) {
     fs::write(file, bytes).unwrap();
 }
 
-/// The asset as a program leaves it that knows nothing of silhouettes: with a node that turns it and a material of its own.
+/// The asset as a program without support for silhouettes leaves it: with a node that turns it and a material of its own.
 fn plain(change: impl Fn(&mut Value, &mut Vec<u8>)) -> std::path::PathBuf {
     use std::sync::atomic::{AtomicUsize, Ordering};
     static COUNT: AtomicUsize = AtomicUsize::new(0);

@@ -1,4 +1,4 @@
-//! How the binary ends when something is wrong: bad files, full disks, no adapter, interrupts, nobody listening.
+//! How the binary ends when something is wrong: bad files, full disks, no adapter, interrupts, closed streams.
 
 #![allow(
     clippy::unwrap_used,
@@ -83,7 +83,7 @@ fn a_broken_asset_is_refused() {
     for (what, bytes) in broken {
         fs::write(&file, bytes).unwrap();
         let ended = run(&["inspect", path(&file)]);
-        // What lies around the silhouettes may be rewritten by anybody; then nothing else is read of them.
+        // What lies around the silhouettes may be rewritten by other programs; then nothing else is read of them.
         if what.ends_with("flipped") && ended.code == 0 {
             assert_eq!(ended.out, whole, "{what}");
             unharmed += 1;

@@ -109,7 +109,7 @@ fn an_asset_far_away_is_the_one_at_the_origin_moved() {
     far_json["extensions"][name]["checksum"] = near_json["extensions"][name]["checksum"].clone();
     assert_eq!(near_json, far_json);
 
-    // The same errors, at places that are told where they are.
+    // The same errors, at viewpoints reported in each model's own coordinates.
     let evaluated = [(&near_model, &near), (&far_model, &far)].map(|(model, asset)| {
         run_json(&[
             "evaluate",
@@ -168,7 +168,7 @@ fn outlines_and_poses_far_away_are_those_at_the_origin() {
             "--json",
         ]);
         let exact: Value = serde_json::from_slice(&fs::read(&outline).unwrap()).unwrap();
-        // The camera is told where it is.
+        // The camera is reported in the model's own coordinates.
         for camera in [&contour["camera"], &exact["camera"]] {
             let told = camera["eye"].as_array().unwrap().iter();
             let told: Vec<String> = told.map(|x| x.as_f64().unwrap().to_string()).collect();
@@ -194,7 +194,7 @@ fn outlines_and_poses_far_away_are_those_at_the_origin() {
     });
     assert!(!seen[0].0.as_array().unwrap().is_empty());
     assert_eq!(seen[0], seen[1]);
-    // The camera printed is one to start from again, and the pose found is told where it is.
+    // The camera printed is one to start from again, and the pose found is reported in the model's own coordinates.
     let poses = pair.each_ref().map(|(model, _, shift, _)| {
         let outline = model.with_extension("json");
         let mask = model.with_extension("png");
@@ -454,7 +454,7 @@ fn cavities_cost_nothing_unless_they_are_kept() {
             .contains("cavity wall"),
         "{built}"
     );
-    // The asset is that of the file as it is: nobody doubts it, and outlines agree.
+    // The asset is that of the file as it is: it is accepted without a warning, and outlines agree.
     let evaluated = run(&[
         "evaluate",
         path(&asset),

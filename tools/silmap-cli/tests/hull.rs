@@ -197,7 +197,7 @@ fn a_hull_may_be_kept_from_passing_through_itself() {
     let hull = run_json(&[&["hull", model][..], &faces, &kept, &to].concat());
     assert_eq!(hull["self_intersections"], 0);
     assert_eq!(hull["verified"], true);
-    // The file remembers it, and another one is told apart.
+    // The file records the option, and one written without it is refused.
     let taken = ["hull", path(&sequence), "--no-self-intersections"];
     run_json(&[&taken[..], &to].concat());
     let free = ["--sequence", path(&sequence)];

@@ -497,7 +497,7 @@ mod interrupted {
     fn wait_until_gone(process: u32) {
         let since = Instant::now();
         let stat = || fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-        // A zombie that nobody waits for is gone too.
+        // A zombie process that was not waited for counts as gone too.
         while !stat().is_empty() && !stat().contains(") Z ") {
             assert!(
                 since.elapsed() < Duration::from_secs(20),

@@ -88,7 +88,7 @@ pub(crate) fn distribution(samples: &[ErrorSample]) -> String {
     drawn("Distribution of errors", (x, ERROR_AXIS), &series)
 }
 
-/// The error of each viewpoint over its distance, which `distance` tells in radii of the bounding sphere.
+/// The error of each viewpoint over its distance, which `distance` returns in radii of the bounding sphere.
 pub(crate) fn by_distance(
     samples: &[ErrorSample],
     distance: impl Fn(&ErrorSample) -> f64,

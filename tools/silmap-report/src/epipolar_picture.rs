@@ -13,10 +13,10 @@ use crate::palette;
 
 /// Epipolar lines that are drawn.
 const LINES: usize = 26;
-/// Width of a panel and the room around its contours, in the drawing's units.
+/// Width of a panel and the margin around its contours, in the drawing's units.
 const PANEL: f64 = 300.0;
 const MARGIN: f64 = 8.0;
-/// Room above for the panel's name.
+/// Space above for the panel's name.
 const HEAD: f64 = 24.0;
 
 /// Colours of the first, second, third … span of a line.

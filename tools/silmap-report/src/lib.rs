@@ -1,7 +1,7 @@
 //! One HTML page about an asset: its errors, pictures, curves, sizes and times, with nothing to load from anywhere else;
 //! and the same numbers as JSON.
 //!
-//! Page and numbers are pure functions of [`Report`]; who fills that in decides what is measured. Plots are drawn as SVG in
+//! Page and numbers are pure functions of [`Report`]; the caller that fills it in decides what is measured. Plots are drawn as SVG in
 //! `charts`, pictures of things in space on the CPU in `canvas`.
 
 mod canvas;
@@ -38,9 +38,9 @@ pub struct Report<'a> {
     pub model: &'a TriangleMesh,
     /// What was measured of both.
     pub measured: Measured,
-    /// Stages of the build and their seconds, in order; empty when nobody knows.
+    /// Stages of the build and their seconds, in order; empty when unknown.
     pub seconds: Vec<(String, f64)>,
-    /// One row of pictures for each viewpoint that somebody chose.
+    /// One row of pictures for each viewpoint that the user chose.
     pub rows: Vec<PictureRow>,
     /// Exact extraction beside it, where it was measured.
     pub comparison: Option<Comparison>,

@@ -18,9 +18,9 @@ pub(crate) const SIZE: (u32, u32) = (520, 340);
 const TEXT: f64 = 15.0;
 /// The SVG back end writes sizes divided by this.
 const TEXT_FACTOR: f64 = 1.24;
-/// Room below and left of the axes.
+/// Space below and left of the axes.
 pub(crate) const LABEL_AREA: (u32, u32) = (46, 78);
-/// Room for half of the last label, and above the plot for each line of names of the series.
+/// Space for half of the last label, and above the plot for each line of names of the series.
 pub(crate) const MARGIN_RIGHT: u32 = 30;
 const LEGEND_LINE: u32 = 22;
 const MARGIN_TOP: u32 = 10;
@@ -249,7 +249,7 @@ fn apart<T>(mut labels: Vec<(T, (i32, i32))>) -> Vec<(T, (i32, i32))> {
     labels
 }
 
-/// Room that a name takes in the legend, with its mark and the gap behind.
+/// Space that a name takes in the legend, with its mark and the gap behind.
 fn legend_width(name: &str) -> i32 {
     /// Mean width of a letter; wide enough for any font that a page may have.
     const LETTER: f64 = 0.56 * TEXT;

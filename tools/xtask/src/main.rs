@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints; a closed stream is nobody listening, not a failure.
+/// Prints; a closed stream has no reader, which is not a failure.
 fn say_to(stream: &mut dyn Write, text: &str) {
     let _ = stream.write_all(text.as_bytes());
 }

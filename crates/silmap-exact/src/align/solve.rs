@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// What is added to the diagonal, as a share of its mean: motions that no outline tells apart, such as that of a ring about its
+/// What is added to the diagonal, as a share of its mean: motions that no outline distinguishes, such as that of a ring about its
 /// axis, are then left alone.
 const DAMPING: f64 = 1e-5;
 

@@ -389,7 +389,7 @@ fn cones_of(
     )
 }
 
-/// Faces that tell most of where the cones of a root and others will be: those that look farthest from the axis, those that keep the
+/// Faces that mostly determine where the cones of a root and others will be: those that look farthest from the axis, those that keep the
 /// apexes where they are, and some from everywhere.
 fn sketch_of(faces: &[u32], planes: &[Option<Plane>], cones: &ConePair) -> Vec<u32> {
     const SHARE: usize = MOST_JUDGED / 4;

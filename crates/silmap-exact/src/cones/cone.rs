@@ -42,15 +42,15 @@ pub(super) struct ConePair {
 
 /// Half a unit in the last place of a number about 1 in single precision.
 const UNIT: f64 = 0.5 * f32::EPSILON as f64;
-/// Single precision may move a viewpoint against an apex at distance r by a part of this times (1 + r)²; so much room is
+/// Single precision may move a viewpoint against an apex at distance r by a part of this times (1 + r)²; this margin is
 /// left between apexes and planes. The square covers eyes far away, whose weight is small. A place along the axis comes from
-/// an apex's own rounded one: an error of some units of both distances, which room and cosine cover several times.
+/// an apex's own rounded one: an error of some units of both distances, which margin and cosine cover several times.
 const APEX_ROOM: f64 = 24.0 * UNIT;
 /// By so much the cosine of a cone's angle is larger than need be.
 const COSINE_ROOM: f64 = 24.0 * UNIT;
 /// Apexes farther out than this are of no use: the cones they start hold few viewpoints.
 const FARTHEST_APEX: f64 = 8.0;
-/// Apexes are first sought with the room for this distance.
+/// Apexes are first sought with the margin for this distance.
 const NEAR_APEX: f64 = 2.0;
 /// Cosines of cone angles below this are raised to it, so that scaled normals stay of moderate length.
 const LEAST_COSINE: f64 = 1e-4;

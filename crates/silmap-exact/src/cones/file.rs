@@ -12,7 +12,7 @@
 //! | 4 + 4 a node | in depth-first order: its own edges; its children |
 //! | 4 an edge | those of the nodes, in their order, then those tested always |
 //!
-//! A reader trusts none of it: every edge must be there once and the nodes make trees; cones are not stored but worked out again,
+//! A reader verifies all of it: every edge must be there once and the nodes make trees; cones are not stored but worked out again,
 //! which takes a fraction of the time that choosing the nodes took. So whatever a file holds, what is found with it is right.
 
 use thiserror::Error;
@@ -116,7 +116,7 @@ impl ConeForest {
             });
         }
         let (node_count, unbounded_count) = (body.number()? as usize, body.number()? as usize);
-        // Before room is made for them.
+        // Before memory is allocated for them.
         if body.0.len() as u64 != 8 * node_count as u64 + 4 * u64::from(edges) {
             return damaged(format!(
                 "its counts ({node_count} nodes, {edges} edges) do not fit its length"

@@ -73,7 +73,7 @@ impl ConeForest {
         let planes = planes_of(mesh);
         let mut half_spaces: Vec<HalfSpace> = Vec::new();
         let mut known: Vec<Plane> = Vec::new();
-        // The faces of nodes that are nobody's child yet.
+        // The faces of nodes without a parent yet.
         let mut open: Vec<Vec<u32>> = Vec::new();
         for node in (0..self.nodes.len()).rev() {
             let sides = self.edges_of(node).iter();

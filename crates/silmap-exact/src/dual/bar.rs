@@ -48,7 +48,7 @@ pub(super) fn divide(points: &mut [Point], first: usize, drafts: &mut Vec<Draft>
     divide_watched(points, first, drafts, &mut |_, _| {});
 }
 
-/// The same; `watch` is told of each region and of how many points it holds.
+/// The same; `watch` is called with each region and the number of its points.
 fn divide_watched(
     points: &mut [Point],
     first: usize,

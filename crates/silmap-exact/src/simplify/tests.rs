@@ -166,7 +166,7 @@ fn it_tells_how_far_it_is_and_stops_when_told() {
     let done: u64 = counts.iter().sum();
     assert!(counts.len() > 9 && counts.iter().all(|&count| count > 0));
     assert!(done <= total && done > total / 2, "{done} of {total}");
-    // Wherever it is told to stop, it calls no more.
+    // Wherever it is asked to stop, it reports nothing more.
     for last in [1, 2, 6, told.len() - 2] {
         let heard = heard(last, |watch| {
             let stopped = simplify_watched(&mesh, &eyes, &params(600), watch);

@@ -5,7 +5,7 @@
 //!
 //! Source: I. Wald. On fast Construction of SAH-based Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray
 //! Tracing, 2007 (binned surface-area heuristic).
-//! Deviation: written here because the crates for this are single precision, and queries against a hull need to tell
+//! Deviation: written here because the crates for this are single precision, and queries against a hull need to distinguish
 //! touching from crossing.
 
 mod closest;

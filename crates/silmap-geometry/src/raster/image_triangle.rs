@@ -1,7 +1,7 @@
 //! A triangle as a camera sees it, its pixel centres tested in `f64`.
 //!
-//! A centre on an edge belongs to both faces; whoever draws lets the nearer one win, or of two equally near ones the one drawn first.
-//! Depth is told as its reciprocal, which is linear in the image.
+//! A centre on an edge belongs to both faces; the caller lets the nearer one win, or of two equally near ones the one drawn first.
+//! Depth is returned as its reciprocal, which is linear in the image.
 
 use glam::{DVec2, DVec3};
 

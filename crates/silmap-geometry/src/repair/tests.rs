@@ -237,7 +237,7 @@ fn faces_without_area_are_removed_and_nothing_moves() {
 fn the_halves_of_a_face_keep_its_looks() {
     let mut before = box_with_a_flat_seam(1);
     let line = before.faces.len() - 1;
-    // Everything is painted by where it is, but for the face that nobody sees.
+    // Everything is painted by where it is, but for the face that is never visible.
     let paint = |mesh: &TriangleMesh, f: usize| mesh.corners(f).map(|p| p.as_vec3().to_array());
     before.appearance.corner_colours = (0..=line).map(|f| paint(&before, f)).collect();
     before.appearance.corner_colours[line] = [[-1.0; 3]; 3];

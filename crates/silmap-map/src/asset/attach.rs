@@ -136,7 +136,7 @@ fn find_hull(
     }
 }
 
-/// How far a mesh came: of several that differ the one that came farthest is told.
+/// How far the comparison of a mesh came: of several that differ the one that came farthest is reported.
 fn rank(difference: &HullDifference) -> usize {
     match difference {
         HullDifference::Nothing => 0,

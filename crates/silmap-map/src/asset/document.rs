@@ -17,7 +17,7 @@ pub const FORMAT_VERSION: u32 = 2;
 /// The version whose checksum is over the whole file and whose hull is the document's first mesh.
 pub(super) const WHOLE_FILE_VERSION: u32 = 1;
 
-/// Name in the mesh's extras, which tells that the file was an asset when the extension is gone.
+/// Name in the mesh's extras, which shows that the file was an asset when the extension is gone.
 pub(super) const TRACE: &str = "silmap";
 
 /// Component types and buffer view targets of glTF.
@@ -372,7 +372,7 @@ pub(super) struct PlainDocument {
     pub(super) images: Vec<PlainImage>,
 }
 
-/// Who wrote the document.
+/// The program that wrote the document.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct PlainAsset {
     pub(super) generator: Option<String>,

@@ -80,7 +80,7 @@ pub struct TextureView {
     pub image: EncodedImage,
 }
 
-/// One texture for the whole hull, for viewers that know nothing of silhouettes.
+/// One texture for the whole hull, for viewers without support for silhouettes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atlas {
     /// The picture, sRGB; PNG or JPEG.
@@ -129,7 +129,7 @@ pub struct BuildRecord {
     pub generator: String,
     /// The options, as text.
     pub options: String,
-    /// The options as data, for whoever built it; null in files of earlier versions.
+    /// The options as data, in the form of the program that built it; null in files of earlier versions.
     pub params: serde_json::Value,
 }
 
@@ -182,7 +182,7 @@ pub enum AssetError {
     /// A proper glTF file, but without silhouettes.
     #[error("{}", no_map(*.was_asset, .by.as_deref()))]
     NoSilhouetteMap {
-        /// Whether something in it tells that it was an asset.
+        /// Whether something in it shows that it was an asset.
         was_asset: bool,
         /// The program that wrote the file.
         by: Option<String>,

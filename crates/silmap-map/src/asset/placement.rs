@@ -1,7 +1,7 @@
 //! Where the asset stands: it and everything in it count from a point of their own, which may lie far from the origin.
 //!
 //! Single precision, which glTF and devices have, has few digits left far from the origin. Positions in an asset are therefore
-//! told from a point near the model, and the document's node moves the hull there, by numbers of double precision. The hull's
+//! relative to a point near the model, and the document's node moves the hull there, by numbers of double precision. The hull's
 //! own arrays and the extension's are then those of the same model at the origin.
 
 use glam::DVec3;

@@ -1,6 +1,6 @@
 //! From the bytes of a `.glb` to an asset.
 //!
-//! Nothing is believed: the checksum is compared first, then every count against the bytes that are there and every index
+//! Everything is verified: the checksum is compared first, then every count against the bytes that are there and every index
 //! against what it points into.
 
 use glam::DVec3;
@@ -116,7 +116,7 @@ fn split(file: &[u8]) -> Result<container::Chunks<'_>, AssetError> {
     container::split(file)
 }
 
-/// Whether a document without the extension was an asset once, as far as can be told.
+/// Whether a document without the extension was an asset once, as far as its content shows.
 fn was_asset(json: &[u8]) -> bool {
     let Ok(document) = serde_json::from_slice::<Value>(json) else {
         return false;

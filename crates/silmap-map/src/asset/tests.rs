@@ -1,4 +1,4 @@
-//! Random assets through the whole file format, and files that somebody broke.
+//! Random assets through the whole file format, and damaged files.
 
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
@@ -255,7 +255,7 @@ fn largest_moves(before: &SilhouetteMap, after: &SilhouetteMap) -> (f64, f64, bo
     (pixels, radii, &moved_back == before)
 }
 
-/// What was read, at the place of another: where a scene puts a hull is the business of whoever writes the scene.
+/// What was read, with another asset's place in the scene: the program that writes the scene decides where it puts a hull.
 fn in_place(mut found: Asset, other: &Asset) -> Asset {
     found.placement.in_scene = other.placement.in_scene;
     found
@@ -308,7 +308,7 @@ proptest! {
             let sound = read(&file).unwrap();
             let at = at.index(file.len());
             file[at] ^= change;
-            // Noticed, or without effect: what is around the asset's own is anybody's.
+            // Noticed, or without effect: what is around the asset's own data may change.
             if let Ok(found) = read(&file) {
                 prop_assert_eq!(&in_place(found, &sound), &sound, "byte {}", at);
             }
@@ -491,7 +491,7 @@ fn what_another_program_left_out_is_told() {
         "tools/web",
     ];
     assert!(words.iter().all(|w| left_out.contains(w)), "{left_out}");
-    // Nothing tells that it was an asset.
+    // Nothing shows that it was an asset.
     let plain = told(&|d| {
         d["extensions"] = serde_json::json!({});
         d["extensionsUsed"] = serde_json::json!([]);

@@ -111,7 +111,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
     };
     document.translation = unless_zero(placement.in_scene)?;
     let binary = std::mem::take(&mut document.buffers.binary);
-    // How long the number of bytes is told makes no difference to what it counts.
+    // The number of digits of `data_bytes` makes no difference to what it counts.
     let draft = container::join(&document.json(&extension, binary.len()), &binary)?;
     (_, extension.data_bytes) = read::checksum_of(&draft)?;
     let mut file = container::join(&document.json(&extension, binary.len()), &binary)?;

@@ -16,7 +16,7 @@ pub(crate) use rectified::{
     RectifyParams, TURN_TANGENT, ViewedSilhouette, assign_contours, object_from_epipolar,
 };
 
-/// How many polytope edges are kept rectified: those around a moving eye, and room for its next triangles.
+/// How many polytope edges are kept rectified: those around a moving eye, and those of its next triangles.
 const EDGES_KEPT: usize = 32;
 /// Bytes that the pairs of all kept edges may take. Many parts beside each other make so many pairs that 32 edges would take
 /// a gigabyte; fewer are kept then.
@@ -82,7 +82,7 @@ impl PairCache {
         let at = oldest.map_or(0, |(at, _)| at);
         let edge = &mut self.edges[at];
         (edge.views, edge.level) = (views, level);
-        // Room for the largest contours at once, so that places need not grow as other edges come.
+        // Capacity for the largest contours at once, so that places need not grow as other edges come.
         let most = map.contour_vertex_counts().max().unwrap_or(0);
         edge.pair.silhouettes.make_room(most, room);
         // A pair that cannot be rectified is kept without a frame.
@@ -91,7 +91,7 @@ impl PairCache {
     }
 }
 
-/// How many polytope edges are kept when one of them needs so much room.
+/// How many polytope edges are kept when one of them needs this capacity.
 fn kept_of(room: Room) -> usize {
     let affordable = MOST_PAIR_BYTES / room.bytes().max(1);
     affordable.clamp(LEAST_EDGES_KEPT, EDGES_KEPT)

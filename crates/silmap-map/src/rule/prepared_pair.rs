@@ -67,12 +67,12 @@ impl PreparedPair {
         Prepared::Pairs(&self.pairs)
     }
 
-    /// For how much there is room without asking for more.
+    /// The capacity without another allocation.
     pub(crate) fn room(&self) -> Room {
         self.pairs.room()
     }
 
-    /// Forgets everything, and makes room for contours of so many vertices each, and their pairs.
+    /// Clears everything, and reserves capacity for contours of so many vertices each, and for their pairs.
     pub(crate) fn make_room(&mut self, n_vertices: usize, room: Room) {
         for chains in self.chains_mut() {
             chains.clear();

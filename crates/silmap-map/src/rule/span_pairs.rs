@@ -93,7 +93,7 @@ pub(crate) struct SpanPairsScratch {
 }
 
 impl SpanPairs {
-    /// For how much there is room without asking for more.
+    /// The capacity without another allocation.
     pub(crate) fn room(&self) -> Room {
         Room([
             self.parts.capacity(),
@@ -104,7 +104,7 @@ impl SpanPairs {
         ])
     }
 
-    /// Forgets everything, and makes as much room.
+    /// Clears everything, and reserves this capacity.
     pub(crate) fn make_room(&mut self, room: Room) {
         self.clear();
         let [parts, sides, rows, places, corners] = room.0;
@@ -301,7 +301,7 @@ impl SpanPairs {
     }
 }
 
-/// How many of each thing there is room for.
+/// Capacities: how many of each thing fit without another allocation.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Room([usize; 5]);
 
@@ -327,7 +327,7 @@ impl Room {
         Self([0, 0, 0, 0, count])
     }
 
-    /// Room for either.
+    /// The capacity that suffices for either.
     pub(crate) fn max(self, other: Self) -> Self {
         Self(std::array::from_fn(|k| self.0[k].max(other.0[k])))
     }

@@ -1,9 +1,9 @@
-//! What at least so many of some intervals cover, followed down from row to row.
+//! The parts of rows that at least a given number of intervals cover, swept down from row to row.
 //!
-//! The union of interpolated pairs of intervals is what one of them covers (Silhouette Mapping, section 5.3), and the part that
-//! three regions share is what three cover. As long as the ends of the intervals stay in one order, nothing changes but numbers:
-//! that is all that is looked at on most rows. Where two ends change places between two rows, what is covered is found anew above
-//! and below.
+//! The union of interpolated pairs of intervals is what at least one of them covers (Silhouette Mapping, section 5.3), and the part
+//! that three regions share is what three cover. As long as the ends of the intervals stay in one order, only their coordinates
+//! change: most rows need no more than a check of that order. Where two ends change places between two rows, the covered parts are
+//! found anew above and below.
 
 use glam::{DVec3, DVec4};
 

@@ -45,7 +45,7 @@ pub(crate) struct LoopBuilder {
 const NONE: u32 = u32::MAX;
 
 impl LoopBuilder {
-    /// Forgets everything, keeping the storage.
+    /// Clears everything, keeping the storage.
     pub(crate) fn clear(&mut self) {
         self.points.clear();
         self.sides.clear();

@@ -27,14 +27,14 @@ pub(crate) struct MonotoneChains {
 }
 
 impl MonotoneChains {
-    /// Forgets everything, keeping the storage.
+    /// Clears everything, keeping the storage.
     pub(crate) fn clear(&mut self) {
         self.points.clear();
         self.chains.clear();
         self.loop_start = 0;
     }
 
-    /// Makes room for loops of so many points in all.
+    /// Reserves capacity for loops of so many points in all.
     pub(crate) fn reserve(&mut self, n_points: usize) {
         // Each loop of at least three points ends where it begins.
         self.points.reserve(n_points + n_points / 3);

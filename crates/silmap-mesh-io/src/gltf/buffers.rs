@@ -14,7 +14,7 @@ use super::meshopt::{self, Compressed};
 /// Names of one extension: the second is the first's heir.
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// All buffers that somebody needs, and the buffer views decoded so far.
+/// All buffers that are needed, and the buffer views decoded so far.
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     data: Vec<Option<Cow<'a, [u8]>>>,
@@ -134,7 +134,7 @@ impl<'a> Buffers<'a> {
             .ok_or(GltfFault::ViewRange { view: view.0 })
     }
 
-    /// How many bytes were loaded: a bound on what may be believed without data.
+    /// How many bytes were loaded: a bound on claims that are accepted without data.
     pub(super) fn total_bytes(&self) -> usize {
         self.data.iter().flatten().map(|data| data.len()).sum()
     }

@@ -1,7 +1,7 @@
 //! The parts of a glTF document that are read here, as serde sees them.
 //!
 //! Nothing is checked but types: indices may point anywhere and are looked up through [`find`], extensions stay JSON until
-//! someone asks for them, and whatever is not listed here is skipped.
+//! a reader needs them, and whatever is not listed here is skipped.
 
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer};

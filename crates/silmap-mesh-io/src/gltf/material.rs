@@ -61,7 +61,7 @@ struct TextureSource {
     source: Whole,
 }
 
-/// What tells two materials apart: picture, bits of the colour, wrapping.
+/// What distinguishes two materials: picture, bits of the colour, wrapping.
 type Identity = (Option<usize>, [u32; 3], [u8; 2]);
 
 /// The materials met so far.

@@ -1,7 +1,7 @@
 //! Buffer views under EXT_meshopt_compression and KHR_meshopt_compression, decoded by `meshopt`.
 //!
 //! That library asserts what it is called with, in C: strides, counts and filters are checked here before. What the
-//! encoded bytes hold it checks itself. A claim is believed up to the ratio that the encoding can reach.
+//! encoded bytes hold it checks itself. A claimed size is accepted up to the ratio that the encoding can reach.
 
 use ::meshopt as codec;
 use serde::Deserialize;

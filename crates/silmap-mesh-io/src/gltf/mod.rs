@@ -55,7 +55,7 @@ pub(super) fn read(bytes: &[u8], is_binary: bool, folder: &Path) -> Result<RawMe
     Ok(raw.finish())
 }
 
-/// Parses the JSON; files of other versions are told as such.
+/// Parses the JSON; files of other versions are reported as such.
 fn parse(json: &[u8], part: &'static str) -> Result<Document, GltfFault> {
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     let fault = |error: serde_json::Error| GltfFault::Json {

@@ -113,7 +113,7 @@ fn off_letters_stand_in_any_order() {
     for keyword in ["COFF", "STCOFF", "CSTOFF"] {
         is_right(&cube(keyword, |v| red_green(v).to_owned()), keyword);
     }
-    // Where the numbers do not tell, the letters do.
+    // Where the numbers are ambiguous, the letters decide.
     let sides = |keyword: &str| {
         cube(keyword, |_| "0 0 1 1 0 0".to_owned())
             .mesh

@@ -54,7 +54,7 @@ fn ply_reads_the_same_in_all_encodings() {
     assert_eq!(a, c);
     assert_eq!(a.positions[2].y, 0.1);
     assert_eq!(a.appearance.corner_colours[3], [[1.0; 3]; 3]);
-    // Any cut is told of, with the element at which it happens.
+    // Any cut is reported, with the element at which it happens.
     for cut in 0..little.len() {
         assert!(read(&little[..cut], "ply").is_err(), "{cut}");
     }

@@ -95,7 +95,7 @@ fn ascii_stl_is_read_however_it_is_spelled() {
         ("old line ends", solid(&plain).replace('\n', "\r")),
     ] {
         for extension in ["stl", "unknown"] {
-            // Without a clear beginning the name has to tell.
+            // Without a clear beginning the name has to decide.
             if extension == "unknown" && what == "no normal" {
                 continue;
             }

@@ -25,7 +25,7 @@ mod rim;
 pub use depth::tangent_depths;
 pub use rim::{LoopsWithDepths, deep_contours};
 
-/// Who draws the masks.
+/// The backend that draws the masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Backend {
@@ -45,7 +45,7 @@ pub struct CaptureParams {
     /// Which pixels count as covered.
     #[serde(with = "crate::recipe::CoverageName")]
     pub coverage: CoverageRule,
-    /// Who draws.
+    /// The backend that draws.
     pub backend: Backend,
 }
 

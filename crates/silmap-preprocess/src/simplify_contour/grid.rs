@@ -8,7 +8,7 @@ const CELL_PX: f64 = 8.0;
 /// Ends a cell's list.
 const NONE: u32 = u32::MAX;
 
-/// Edges, each in every cell its box meets. Entries are never taken out; who asks must know which edges still are.
+/// Edges, each in every cell its box meets. Entries are never taken out; the caller must know which edges still exist.
 #[derive(Debug)]
 pub(super) struct EdgeGrid {
     low: DVec2,

@@ -308,7 +308,7 @@ impl SimplifiedPolytope {
         })
     }
 
-    /// Carries a patch out. `predictions` tell which of its new triangles each of its views lies in.
+    /// Carries a patch out. `predictions` give the new triangle that each of its views lies in.
     pub(super) fn apply_patch(&mut self, patch: &Patch, predictions: &[Prediction]) {
         for (&t, &new) in patch.old.iter().zip(&patch.new) {
             for v in self.triangles[t as usize]
@@ -329,7 +329,7 @@ impl SimplifiedPolytope {
         }
     }
 
-    /// Carries a collapse out. `predictions` tell which of the new triangles (in the order of
+    /// Carries a collapse out. `predictions` give which of the new triangles (in the order of
     /// [`Self::triangles_after`]) each view around it lies in. Returns the edges that are new, in both directions.
     pub(super) fn apply(
         &mut self,

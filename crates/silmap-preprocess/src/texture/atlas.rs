@@ -1,10 +1,10 @@
-//! The tile atlas: one texture for the whole hull, for faces that no view sees and for viewers that know nothing of views.
+//! The tile atlas: one texture for the whole hull, for faces that no view sees and for viewers without support for views.
 //!
 //! A texel's colour and normal are those of the point of the original that its point of the hull shows ([`parametrisation`]),
 //! averaged over a few samples.
 //!
 //! Source: Sander, Gu, Gortler, Hoppe, Snyder. Silhouette Clipping. SIGGRAPH 2000, section 4.
-//! Deviation: colours are lit, for the pictures beside them are; normals are told in the tangent space of glTF.
+//! Deviation: colours are lit, for the pictures beside them are; normals are stored in the tangent space of glTF.
 //!
 //! [`parametrisation`]: super::parametrisation
 
@@ -23,7 +23,7 @@ use silmap_geometry::watch::{Interrupted, Watch};
 /// Samples along each axis of a texel.
 const TEXEL_SAMPLES: usize = 2;
 
-/// Frames flatter than this (the determinant of three unit vectors) cannot tell normals.
+/// Frames flatter than this (the determinant of three unit vectors) cannot represent normals.
 const MIN_FRAME_VOLUME: f64 = 1e-3;
 
 /// The pictures of an atlas.

@@ -19,7 +19,7 @@ pub(super) struct RawPicture {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
-    /// The PNG file, once somebody has asked for it.
+    /// The PNG file, once it has been requested.
     png: OnceLock<Vec<u8>>,
 }
 

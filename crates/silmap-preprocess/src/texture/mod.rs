@@ -204,7 +204,7 @@ struct Chosen {
     paintable: Vec<bool>,
 }
 
-/// Room left around the hull in a picture, as a factor on the half-tangent: two or three pixels for filtering.
+/// Margin left around the hull in a picture, as a factor on the half-tangent: two or three pixels for filtering.
 const FRAME_MARGIN: f64 = 1.01;
 
 /// The same camera with the narrowest field of view that holds the hull and all P(v): most models leave much of their

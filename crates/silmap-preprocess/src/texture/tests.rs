@@ -315,7 +315,7 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
         Parametrisation::NormalShooting,
     );
     let size = f64::from(atlas.size_px[0]);
-    // Mean angle between the told and the true normals, when the picture's green is taken times this.
+    // Mean angle between the stored and the true normals, when the picture's green is taken times this.
     let mean_angle = |green: f64| {
         let angles: Vec<f64> = (0..hull.faces.len())
             .map(|face| {
@@ -345,7 +345,7 @@ fn the_atlas_tells_the_originals_normals_in_the_frames_of_the_hull() {
     assert!(right.to_degrees() < 2.0, "{}°", right.to_degrees());
     // With the picture upside down the normals are wrong.
     assert!(mean_angle(-1.0) > 2.0 * right);
-    // Nothing is told when it was not asked for.
+    // No normals are stored when they were not asked for.
     let without = TextureParams {
         normals: false,
         ..params

@@ -96,7 +96,7 @@ fn check(mask: &Mask) -> Result<(), TestCaseError> {
             prop_assert!((a.x == b.x) != (a.y == b.y), "not an axis-aligned edge");
             prop_assert!((b - a).perp_dot(c - b) != 0.0, "not a corner");
         }
-        // The pixel right of (x) and below the first, topmost-leftmost corner tells outer loops from holes.
+        // The pixel right of (x) and below the first, topmost-leftmost corner distinguishes outer loops from holes.
         let first = points[0];
         let is_outer = mask.get(first.x as i64, first.y as i64);
         prop_assert_eq!(signed_area(points) > 0.0, is_outer);

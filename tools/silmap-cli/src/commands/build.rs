@@ -39,7 +39,7 @@ struct BuildJson<'a> {
     textures: TextureJson,
     error: ErrorJson,
     warnings: Vec<String>,
-    /// The most memory that was in use at once; null where the system does not tell.
+    /// The most memory that was in use at once; null where the system does not report it.
     peak_bytes: Option<u64>,
 }
 

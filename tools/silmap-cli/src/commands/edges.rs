@@ -227,7 +227,7 @@ enum SavedForest {
     Missing(OutputFile),
 }
 
-/// A forest, what is told of it, and where its bytes go when it is new.
+/// A forest, what is reported of it, and where its bytes go when it is new.
 type ToldForest = (ConeForest, ForestJson, Option<(OutputFile, Vec<u8>)>);
 
 impl SavedForest {

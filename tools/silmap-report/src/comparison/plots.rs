@@ -18,7 +18,7 @@ const TIME: Axis<'static> = Axis {
 
 fn series(method: &str, points: Vec<(f64, f64)>) -> Series {
     Series {
-        // Names above the plot have little room.
+        // Names above the plot have little space.
         name: if method == PARALLEL {
             "parallel"
         } else {

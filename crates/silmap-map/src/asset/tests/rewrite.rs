@@ -23,7 +23,7 @@ fn turn(document: &mut Value, list: &str, first: Value) -> impl Fn(usize) -> usi
     move |index| count - index
 }
 
-/// Numbers of a value as somebody else spells them.
+/// Numbers of a value as another program spells them.
 fn respell(value: &mut Value) {
     match value {
         Value::Object(object) => object.values_mut().for_each(respell),

@@ -95,7 +95,7 @@ impl PrepareArcsScratch {
 }
 
 impl PreparedArcs {
-    /// Forgets everything, and makes room for silhouettes of so many vertices together.
+    /// Clears everything, and reserves capacity for silhouettes of so many vertices together.
     pub(crate) fn reserve(&mut self, n_vertices: usize) {
         self.clear();
         // A row for each vertex on each side of a part that passes it; parts end where chains do.

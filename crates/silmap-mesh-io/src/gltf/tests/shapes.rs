@@ -37,7 +37,7 @@ fn quantised_positions_are_read() {
 
 #[test]
 fn sparse_accessors_change_a_base_or_stand_alone() {
-    // Without a base: all corners are told.
+    // Without a base: all corners are given.
     let mut builder = Builder::new();
     let which = builder.view(&(0..8).collect::<Vec<u8>>(), json!({}));
     let values = builder.view(&floats(&corners()), json!({}));

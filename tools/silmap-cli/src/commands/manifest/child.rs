@@ -141,7 +141,7 @@ impl Streams {
                     .read_to_end(&mut start);
                 let _ = std::io::copy(&mut stream, &mut std::io::sink());
                 let text = String::from_utf8_lossy(&start).into_owned();
-                // Nobody listens after an interrupt.
+                // The receiver is gone after an interrupt.
                 let _ = sender.send((place, text));
             });
         }

@@ -150,7 +150,7 @@ impl Ending<'_> {
                 Status::of(class),
                 self.fault(&format!("exit code {}", class.code())),
             ),
-            // What ran short first may have another name, as a thread that has no room for its stack.
+            // What ran short first may be reported by another name, as by a thread without memory for its stack.
             Some(Ok(ExitClass::Resources))
                 if self.entry.memory.is_some() && !said.contains("memory") =>
             {

@@ -216,7 +216,7 @@ impl Entry {
 
     fn check_paths(&self) -> Result<(), String> {
         let Ok(model) = self.path.canonicalize() else {
-            // Whoever reads it says what is wrong.
+            // Reading the model reports what is wrong.
             return Ok(());
         };
         if self.out.canonicalize().is_ok_and(|out| out == model) {

@@ -73,8 +73,8 @@ struct List {
     taken: BTreeMap<u64, u64>,
 }
 
-/// Opens a list, `-` for standard input, and reads the models of a part of it on a thread of its own, which waits for the world
-/// outside so that nobody else must.
+/// Opens a list, `-` for standard input, and reads the models of a part of it on a thread of its own, which waits for
+/// input so that no other thread has to.
 ///
 /// # Errors
 /// When a thread cannot be started. What is wrong with the list comes out of the channel.
@@ -84,7 +84,7 @@ pub(super) fn read(path: &Path, shard: Shard) -> anyhow::Result<Receiver<anyhow:
     let read = move || {
         let mut list = match List::open(&path) {
             Ok(list) => list,
-            // Nobody listens after an interrupt, here and below.
+            // The receiver is gone after an interrupt, here and below.
             Err(error) => return drop(sender.send(Err(error))),
         };
         loop {
@@ -142,7 +142,7 @@ impl List {
             }
             self.place += 1;
             let number = self.number;
-            // Lines of others are read too: the first that names an output has it, whoever builds it.
+            // Lines of others are read too: the first that names an output has it, whichever run builds it.
             let written = line
                 .and_then(|bytes| parse(&bytes))
                 .and_then(|written| self.claim(written))

@@ -31,7 +31,7 @@ pub(super) struct Line {
     message: Option<String>,
     /// Seconds of each stage as `build` counts them, and of the whole; `total` alone where there is no asset.
     seconds: Value,
-    /// The most memory that its process held at once; null where the system does not tell.
+    /// The most memory that its process held at once; null where the system does not report it.
     peak_bytes: Option<u64>,
     /// SHA-256 of version, options, the model and the files it names; null where it cannot be read.
     hash: Option<String>,
