@@ -13,7 +13,6 @@ mod off;
 mod origin;
 mod painted;
 mod ply;
-mod ply_header;
 mod raw;
 mod seams;
 mod stl;

@@ -8,146 +8,26 @@
 //!
 //! A triangle strip goes on with every vertex, each triangle turned against the one before; −1 begins another one.
 
+mod colours;
+mod elements;
+mod header;
+
 use std::path::Path;
 
 use glam::DVec3;
-use ply_rs_bw::parser::Parser;
-use ply_rs_bw::ply::{
-    ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
-    PropertyType, ScalarType,
-};
+use ply_rs_bw::ply::{ElementDef, Encoding, PropertyDef, PropertyType};
 use silmap_geometry::Material;
 use silmap_geometry::defects::repeated_corner;
-use silmap_geometry::lighting::linear_from_srgb;
 
 use super::content::POINTS;
-use super::error::{HeaderFault, LineFault, MeshFault, excerpt};
+use super::error::{HeaderFault, MeshFault};
 use super::mtl::read_image;
-use super::ply_header::{Header, read_header};
 use super::raw::{MOST_CORNERS, MOST_MATERIALS, PolygonLook, RawMesh};
-use super::text::{find_file, numbered_lines};
+use super::text::find_file;
+use colours::{ColourKind, Painter};
+use elements::{CORNERS, REDS, Record, STRIPS, TEXTURE_US, read_ascii, read_binary};
+use header::{Header, read_header};
 
-const FACE_FORM: &str = "n i j k …";
-
-/// The element of triangle strips.
-const STRIPS: &str = "tristrips";
-
-/// Names of the list of a face's vertices.
-const CORNERS: [&str; 4] = [
-    "vertex_indices",
-    "vertex_index",
-    "vertex_indexes",
-    "vertices",
-];
-
-const REDS: [&str; 5] = ["red", "r", "diffuse_red", "ambient_red", "diffuse_r"];
-
-const TEXTURE_US: [&str; 5] = ["s", "u", "texture_u", "texture_s", "s0"];
-
-/// One element, of whichever kind: what is of use in it.
-#[derive(Debug)]
-struct Record {
-    position: [f64; 3],
-    colour: [f64; 3],
-    uv: [f64; 2],
-    corners: Vec<i64>,
-    corner_uvs: Vec<f64>,
-    corner_colours: Vec<f64>,
-    texture: f64,
-}
-
-impl PropertyAccess for Record {
-    fn new() -> Self {
-        Self {
-            position: [f64::NAN; 3],
-            colour: [f64::NAN; 3],
-            uv: [f64::NAN; 2],
-            corners: Vec::new(),
-            corner_uvs: Vec::new(),
-            corner_colours: Vec::new(),
-            texture: 0.0,
-        }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        match name {
-            _ if CORNERS.contains(&name) => self.corners = integers(property),
-            "texcoord" | "texcoords" => self.corner_uvs = numbers(property),
-            "color" | "wedge_color" => self.corner_colours = numbers(property),
-            _ => match (self.slot(name), numbers(property).first()) {
-                (Some(slot), Some(&value)) => *slot = value,
-                _ => return PropertyAccessResult::Ignored,
-            },
-        }
-        PropertyAccessResult::Set
-    }
-
-    fn set_float(&mut self, name: &str, value: f32) -> PropertyAccessResult {
-        self.set_double(name, f64::from(value))
-    }
-
-    fn set_double(&mut self, name: &str, value: f64) -> PropertyAccessResult {
-        match self.slot(name) {
-            Some(slot) => {
-                *slot = value;
-                PropertyAccessResult::Set
-            }
-            None => PropertyAccessResult::Ignored,
-        }
-    }
-}
-
-impl Record {
-    fn slot(&mut self, name: &str) -> Option<&mut f64> {
-        Some(match name {
-            "x" => &mut self.position[0],
-            "y" => &mut self.position[1],
-            "z" => &mut self.position[2],
-            _ if REDS.contains(&name) => &mut self.colour[0],
-            "green" | "g" | "diffuse_green" | "ambient_green" | "diffuse_g" => &mut self.colour[1],
-            "blue" | "b" | "diffuse_blue" | "ambient_blue" | "diffuse_b" => &mut self.colour[2],
-            _ if TEXTURE_US.contains(&name) => &mut self.uv[0],
-            "t" | "v" | "texture_v" | "texture_t" | "t0" => &mut self.uv[1],
-            "texnumber" | "texture_id" | "texid" => &mut self.texture,
-            _ => return None,
-        })
-    }
-}
-
-/// The values of a property, in order.
-fn numbers(property: Property) -> Vec<f64> {
-    fn all<T: Into<f64>>(list: Vec<T>) -> Vec<f64> {
-        list.into_iter().map(Into::into).collect()
-    }
-    match property {
-        Property::Char(v) => vec![v.into()],
-        Property::UChar(v) => vec![v.into()],
-        Property::Short(v) => vec![v.into()],
-        Property::UShort(v) => vec![v.into()],
-        Property::Int(v) => vec![v.into()],
-        Property::UInt(v) => vec![v.into()],
-        Property::Float(v) => vec![v.into()],
-        Property::Double(v) => vec![v],
-        Property::ListChar(v) => all(v),
-        Property::ListUChar(v) => all(v),
-        Property::ListShort(v) => all(v),
-        Property::ListUShort(v) => all(v),
-        Property::ListInt(v) => all(v),
-        Property::ListUInt(v) => all(v),
-        Property::ListFloat(v) => all(v),
-        Property::ListDouble(v) => v,
-    }
-}
-
-/// Vertex numbers; one that is no whole number becomes −1, which no vertex has.
-fn integers(property: Property) -> Vec<i64> {
-    numbers(property)
-        .into_iter()
-        .map(|x| if x.fract() == 0.0 { x as i64 } else { -1 })
-        .collect()
-}
-
-/// Reads a PLY file; `folder` is where its texture lies.
 pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<RawMesh, MeshFault> {
     if bytes.is_empty() {
         return Err(MeshFault::Empty);
@@ -233,45 +113,6 @@ struct Builder {
     colour_kinds: [Option<ColourKind>; 3],
     has_uvs: bool,
     has_corner_uvs: bool,
-}
-
-/// How colours are stored.
-#[derive(Clone, Copy, Debug)]
-enum ColourKind {
-    /// To this value.
-    To(f64),
-    /// To 1, or to 255 where one of them is larger than 1.
-    Real,
-}
-
-impl ColourKind {
-    fn of(kind: &PropertyType) -> Self {
-        match kind {
-            PropertyType::Scalar(scalar) | PropertyType::List(_, scalar) => match scalar {
-                ScalarType::Float | ScalarType::Double => Self::Real,
-                ScalarType::UShort | ScalarType::Short => Self::To(65_535.0),
-                _ => Self::To(255.0),
-            },
-        }
-    }
-
-    fn largest<'a>(self, mut all: impl Iterator<Item = &'a f64>) -> f64 {
-        match self {
-            Self::To(largest) => largest,
-            Self::Real if all.any(|&c| c > 1.0) => 255.0,
-            Self::Real => 1.0,
-        }
-    }
-}
-
-/// Linear colours of values that reach to `largest`; white where they are not numbers.
-fn linear(colour: [f64; 3], largest: f64) -> [f32; 3] {
-    let linear = colour.map(|c| linear_from_srgb((c / largest).clamp(0.0, 1.0) as f32));
-    if linear.iter().all(|c| c.is_finite()) {
-        linear
-    } else {
-        [1.0; 3]
-    }
 }
 
 impl Builder {
@@ -452,201 +293,7 @@ fn checked(face: u64, vertex: i64, count: usize) -> Result<u32, MeshFault> {
         })
 }
 
-/// Which colours count, and what they are.
-enum Painter {
-    Plain,
-    /// Linear.
-    Vertices(Vec<[f32; 3]>),
-    /// By the largest value.
-    Faces(f64),
-    Corners(f64),
-}
-
-impl Painter {
-    fn new(builder: &Builder) -> Self {
-        let [vertex, face, corner] = builder.colour_kinds;
-        let are_alike = builder.colours.windows(2).all(|pair| pair[0] == pair[1]);
-        if let Some(kind) = corner {
-            let all = builder.faces.iter().flat_map(|f| &f.corner_colours);
-            return Self::Corners(kind.largest(all));
-        }
-        match (vertex, face) {
-            (Some(kind), None) => Self::vertices(kind, &builder.colours),
-            (Some(kind), Some(_)) if !are_alike => Self::vertices(kind, &builder.colours),
-            (_, Some(kind)) => {
-                let all = builder.faces.iter().flat_map(|f| &f.colour);
-                Self::Faces(kind.largest(all))
-            }
-            (None, None) => Self::Plain,
-        }
-    }
-
-    fn vertices(kind: ColourKind, colours: &[[f64; 3]]) -> Self {
-        let largest = kind.largest(colours.as_flattened().iter());
-        Self::Vertices(colours.iter().map(|&c| linear(c, largest)).collect())
-    }
-
-    /// Linear colours of a face's corners.
-    fn colours(&self, record: &Record, vertices: &[u32]) -> Option<Vec<[f32; 3]>> {
-        match self {
-            Self::Plain => None,
-            Self::Vertices(colours) => {
-                Some(vertices.iter().map(|&v| colours[v as usize]).collect())
-            }
-            Self::Faces(largest) => Some(vec![linear(record.colour, *largest); vertices.len()]),
-            Self::Corners(largest) => {
-                let values = &record.corner_colours;
-                if values.len() == 3 {
-                    let whole = [values[0], values[1], values[2]];
-                    return Some(vec![linear(whole, *largest); vertices.len()]);
-                }
-                // Three numbers a corner, or four with the opacity.
-                let step = values.len() / vertices.len().max(1);
-                if !(3..=4).contains(&step) || values.len() != step * vertices.len() {
-                    return Some(vec![[1.0; 3]; vertices.len()]);
-                }
-                let corners = values.chunks_exact(step);
-                Some(
-                    corners
-                        .map(|c| linear([c[0], c[1], c[2]], *largest))
-                        .collect(),
-                )
-            }
-        }
-    }
-}
-
 /// Texture coordinates as they are used here: v down, finite.
 fn top_left_uv([u, v]: [f64; 2]) -> [f32; 2] {
     [u as f32, (1.0 - v) as f32].map(|x| if x.is_finite() { x } else { 0.0 })
-}
-
-fn read_binary(bytes: &[u8], header: &Header, builder: &mut Builder) -> Result<(), MeshFault> {
-    let mut data = &bytes[header.data_start..];
-    let parser = Parser::<Record>::new();
-    for element in &header.elements {
-        if element.properties.is_empty() {
-            continue;
-        }
-        // Every element takes a byte a property at least.
-        if (element.count as u64).saturating_mul(element.properties.len() as u64) > 0
-            && data.is_empty()
-        {
-            return Err(ends_inside(element, 0));
-        }
-        for number in 0..element.count {
-            let record = if header.encoding == Encoding::BinaryBigEndian {
-                parser.read_big_endian_element(&mut data, element)
-            } else {
-                parser.read_little_endian_element(&mut data, element)
-            };
-            let record = record.map_err(|_| ends_inside(element, number))?;
-            builder.take(element, record)?;
-        }
-    }
-    Ok(())
-}
-
-fn ends_inside(element: &ElementDef, number: usize) -> MeshFault {
-    MeshFault::EndsInside {
-        element: element.name.clone(),
-        number: number as u64 + 1,
-        count: element.count as u64,
-    }
-}
-
-fn read_ascii(bytes: &[u8], header: &Header, builder: &mut Builder) -> Result<(), MeshFault> {
-    let text = String::from_utf8_lossy(&bytes[header.data_start..]);
-    let mut lines = numbered_lines(&text).filter(|(_, line)| !line.is_empty());
-    for element in &header.elements {
-        if element.properties.is_empty() {
-            continue;
-        }
-        for number in 0..element.count {
-            let (line_number, line) = lines.next().ok_or_else(|| missing(element, number))?;
-            // A strip is long, and may be written on several lines where nothing follows it.
-            let is_last = header.elements.last().is_some_and(|e| e.name == STRIPS);
-            let is_long = is_last && element.name == STRIPS && element.count == 1;
-            let whole;
-            let line = if is_long {
-                let more: Vec<&str> = std::iter::once(line)
-                    .chain(lines.by_ref().map(|(_, line)| line))
-                    .collect();
-                whole = more.join(" ");
-                &whole
-            } else {
-                line
-            };
-            let record = read_ascii_element(line, element, number)
-                .map_err(|fault| MeshFault::at_line(header.line_count + line_number, fault))?;
-            if element.name == "vertex" {
-                let names = element.properties.keys();
-                for (word, _) in line
-                    .split_ascii_whitespace()
-                    .zip(names)
-                    .filter(|(_, name)| matches!(name.as_str(), "x" | "y" | "z"))
-                {
-                    builder.raw.note_digits(word);
-                }
-            }
-            builder.take(element, record)?;
-        }
-    }
-    Ok(())
-}
-
-fn missing(element: &ElementDef, number: usize) -> MeshFault {
-    MeshFault::Missing {
-        element: match element.name.as_str() {
-            "vertex" => "vertex",
-            "face" => "face",
-            STRIPS => "strip",
-            _ => "element",
-        },
-        number: number as u64 + 1,
-        count: element.count as u64,
-    }
-}
-
-fn read_ascii_element(
-    line: &str,
-    element: &ElementDef,
-    number: usize,
-) -> Result<Record, LineFault> {
-    let fault = || match element.name.as_str() {
-        "vertex" => LineFault::Coordinates {
-            vertex: number as u64,
-        },
-        "face" => LineFault::FaceLine {
-            face: number as u64 + 1,
-            form: FACE_FORM,
-        },
-        _ => LineFault::Expected {
-            expected: "numbers",
-            found: excerpt(line),
-        },
-    };
-    let mut record = Record::new();
-    let mut words = line.split_ascii_whitespace();
-    let mut next = || {
-        let word = words.next().ok_or_else(fault)?;
-        word.parse::<f64>().map_err(|_| fault())
-    };
-    for (name, property) in &element.properties {
-        match property.data_type {
-            PropertyType::Scalar(_) => {
-                record.set_double(name, next()?);
-            }
-            PropertyType::List(..) => {
-                let count = next()?;
-                let mut list = Vec::new();
-                // Ends with an error at the end of the line at the latest.
-                while (list.len() as f64) < count {
-                    list.push(next()?);
-                }
-                record.set_property(name, Property::ListDouble(list));
-            }
-        }
-    }
-    Ok(record)
 }

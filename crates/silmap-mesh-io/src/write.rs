@@ -2,16 +2,17 @@
 //!
 //! Positions are written with all their digits in OBJ and OFF, as double precision in PLY, and rounded to single
 //! precision in STL and GLB, which hold nothing else. Of a mesh far from the origin a GLB holds the coordinates about a
-//! point near it, and the translation of its node that point, which loses nothing; for an STL there is a warning. Vertex colours go along but into STL, in sRGB, as fractions in OBJ
-//! and as bytes in PLY and OFF, and linear in GLB; where the corners at a vertex differ, it gets their mean. A file appears
-//! whole or not at all.
+//! point near it, and the translation of its node that point, which loses nothing; for an STL there is a warning. Vertex
+//! colours go along but into STL, in sRGB, as fractions in OBJ and as bytes in PLY and OFF, and linear in GLB; where the
+//! corners at a vertex differ, it gets their mean. A file appears whole or not at all.
+
+pub(super) mod glb;
 
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 
 use glam::DVec3;
-use serde_json::json;
 use silmap_geometry::TriangleMesh;
 use silmap_geometry::lighting::srgb_from_linear;
 
@@ -80,7 +81,7 @@ fn encoder(path: &Path) -> Result<Encoder, MeshFault> {
         Some("off") => Ok(|mesh, origin| Ok(off(mesh, origin).into_bytes())),
         Some("ply") => Ok(|mesh, origin| Ok(ply(mesh, origin))),
         Some("stl") => Ok(stl),
-        Some("glb") => Ok(|mesh, origin| Ok(glb(mesh, origin))),
+        Some("glb") => Ok(glb::encode),
         _ => Err(MeshFault::UnknownOutput {
             known: KNOWN_OUTPUTS,
         }),
@@ -137,15 +138,15 @@ fn srgb_bytes(colour: [f32; 3]) -> [u8; 3] {
 }
 
 /// Positions in the coordinates of the file.
-pub(super) fn placed(mesh: &TriangleMesh, origin: DVec3) -> impl Iterator<Item = DVec3> {
+fn placed(mesh: &TriangleMesh, origin: DVec3) -> impl Iterator<Item = DVec3> {
     let is_moved = origin != DVec3::ZERO;
     // Adding zero would turn −0 into 0.
     let place = move |&p: &DVec3| if is_moved { p + origin } else { p };
     mesh.positions.iter().map(place)
 }
 
-fn obj(mesh: &TriangleMesh, origin: DVec3) -> String {
-    let mut text = String::new();
+/// The vertices of an OBJ, with their colours where there are some.
+pub(super) fn push_obj_vertices(text: &mut String, mesh: &TriangleMesh, origin: DVec3) {
     let colours = vertex_colours(mesh);
     for (v, p) in placed(mesh, origin).enumerate() {
         text.push_str(&format!("v {} {} {}", p.x, p.y, p.z));
@@ -156,6 +157,11 @@ fn obj(mesh: &TriangleMesh, origin: DVec3) -> String {
         }
         text.push('\n');
     }
+}
+
+fn obj(mesh: &TriangleMesh, origin: DVec3) -> String {
+    let mut text = String::new();
+    push_obj_vertices(&mut text, mesh, origin);
     for [a, b, c] in &mesh.faces {
         text.push_str(&format!("f {} {} {}\n", a + 1, b + 1, c + 1));
     }
@@ -247,88 +253,4 @@ fn stl(mesh: &TriangleMesh, origin: DVec3) -> Result<Vec<u8>, MeshFault> {
     stl_io::write_stl(&mut bytes, triangles.iter())
         .map_err(|source| MeshFault::Unwritable { source })?;
     Ok(bytes)
-}
-
-/// One mesh with positions, normals, colours where there are some, and indices, and a plain material.
-fn glb(mesh: &TriangleMesh, origin: DVec3) -> Vec<u8> {
-    const FLOAT: u32 = 5126;
-    const UNSIGNED_INT: u32 = 5125;
-    const VERTICES: u32 = 34962;
-    const INDICES: u32 = 34963;
-    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(|&p| single(p)).collect();
-    // Every normal has to be of unit length, also where there is no face.
-    let normals: Vec<[f32; 3]> = mesh
-        .vertex_normals()
-        .iter()
-        .map(|&n| single(if n == DVec3::ZERO { DVec3::Z } else { n }))
-        .collect();
-    let mut data: Vec<u8> = bytemuck::cast_slice(&positions).to_vec();
-    data.extend_from_slice(bytemuck::cast_slice(&normals));
-    data.extend_from_slice(bytemuck::cast_slice(&mesh.faces));
-    let index_end = data.len();
-    // Last, so that nothing else depends on whether there are any.
-    let colours = vertex_colours(mesh);
-    let colour_bytes = colours.as_deref().map_or(&[][..], bytemuck::cast_slice);
-    data.extend_from_slice(colour_bytes);
-    let (vertex_count, face_count) = (mesh.positions.len(), mesh.faces.len());
-    let ends = |pick: fn(f32, f32) -> f32| {
-        let first = positions.first().copied().unwrap_or_default();
-        positions
-            .iter()
-            .fold(first, |m, p| [0, 1, 2].map(|k| pick(m[k], p[k])))
-    };
-    let vertex_bytes = vertex_count * 12;
-    let mut json = json!({
-        "asset": {"version": "2.0", "generator": "silmap"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{
-            "attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0
-        }]}],
-        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0.0}}],
-        "buffers": [{"byteLength": data.len()}],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": vertex_bytes, "target": VERTICES},
-            {"buffer": 0, "byteOffset": vertex_bytes, "byteLength": vertex_bytes, "target": VERTICES},
-            {"buffer": 0, "byteOffset": 2 * vertex_bytes, "byteLength": face_count * 12, "target": INDICES},
-        ],
-        "accessors": [
-            {"bufferView": 0, "componentType": FLOAT, "count": vertex_count, "type": "VEC3",
-             "min": ends(f32::min), "max": ends(f32::max)},
-            {"bufferView": 1, "componentType": FLOAT, "count": vertex_count, "type": "VEC3"},
-            {"bufferView": 2, "componentType": UNSIGNED_INT, "count": face_count * 3, "type": "SCALAR"},
-        ],
-    });
-    if origin != DVec3::ZERO {
-        json["nodes"][0]["translation"] = json!(origin.to_array());
-    }
-    if colours.is_some() {
-        json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(3);
-        let push = |list: &mut serde_json::Value, item| {
-            if let Some(list) = list.as_array_mut() {
-                list.push(item);
-            }
-        };
-        push(
-            &mut json["bufferViews"],
-            json!({"buffer": 0, "byteOffset": index_end, "byteLength": vertex_bytes, "target": VERTICES}),
-        );
-        push(
-            &mut json["accessors"],
-            json!({"bufferView": 3, "componentType": FLOAT, "count": vertex_count, "type": "VEC3"}),
-        );
-    }
-    let mut json = json.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    data.resize(data.len().next_multiple_of(4), 0);
-    let total = 12 + 8 + json.len() + 8 + data.len();
-    let mut bytes = b"glTF\x02\0\0\0".to_vec();
-    bytes.extend((total as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", &json), (b"BIN\0", &data)] {
-        bytes.extend((chunk.len() as u32).to_le_bytes());
-        bytes.extend(kind);
-        bytes.extend(chunk);
-    }
-    bytes
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding};
 
-use super::error::{HeaderFault, MeshFault, excerpt};
+use crate::error::{HeaderFault, MeshFault, excerpt};
 
 /// The longest header that is looked through for its end.
 const LONGEST_HEADER: usize = 1 << 20;
