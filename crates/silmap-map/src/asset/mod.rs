@@ -29,6 +29,7 @@ mod tangents;
 mod tests;
 mod write;
 
+use silmap_geometry::camera::in_short;
 use silmap_geometry::{Camera, CameraError};
 use thiserror::Error;
 
@@ -252,7 +253,10 @@ pub enum AssetError {
         count: usize,
     },
     /// A number is not finite or larger than the format holds.
-    #[error("{what} {value} cannot be stored: it must be finite and at most {limit} in size")]
+    #[error(
+        "{what} {} cannot be stored: it must be finite and at most {} in size",
+        in_short(*.value), in_short(*.limit)
+    )]
     OutOfRange {
         /// Which number.
         what: &'static str,
