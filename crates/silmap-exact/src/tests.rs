@@ -4,8 +4,9 @@ use glam::DVec3;
 use proptest::prelude::*;
 use silmap_geometry::TriangleMesh;
 
-use crate::test_meshes::{bicone, bumpy_torus, cube, flat_drum, shaken_torus, torus, voxel_shape};
+use crate::test_meshes::{bumpy_torus, cube, shaken_torus, torus, voxel_shape};
 use crate::{DirectedEdge, EdgeMesh, ExtractionMethod, Extractor, Viewpoint, silhouette_edges};
+use silmap_models::{bicone, flat_drum};
 
 /// The definition, edge by edge, with the exact predicate.
 fn by_definition(mesh: &EdgeMesh, viewpoint: &Viewpoint) -> Vec<DirectedEdge> {

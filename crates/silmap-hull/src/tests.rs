@@ -425,26 +425,11 @@ proptest! {
     }
 }
 
-/// Two cones base to base: `sides` faces meet in each apex.
-fn bicone(sides: u32) -> TriangleMesh {
-    let mut mesh = TriangleMesh {
-        positions: vec![DVec3::Z, -DVec3::Z],
-        ..TriangleMesh::default()
-    };
-    for i in 0..sides {
-        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(sides)).sin_cos();
-        mesh.positions.push(DVec3::new(cos, sin, 0.0));
-        let (a, b) = (2 + i, 2 + (i + 1) % sides);
-        mesh.faces.extend([[0, a, b], [1, b, a]]);
-    }
-    mesh
-}
-
 #[test]
 fn edges_of_a_vertex_of_many_are_not_gone_through_again_and_again() {
     let gone_through = |sides: u32| {
         super::collapse::BESIDE.set(0);
-        let hull = hull_of(&closed(bicone(sides)), &params(200));
+        let hull = hull_of(&closed(models::bicone(sides)), &params(200));
         assert!(hull.least_faces() <= 200);
         super::collapse::BESIDE.get()
     };

@@ -4,6 +4,7 @@
 //!
 #![doc = include_str!("../README.md")]
 
+mod fans;
 mod field;
 mod noise;
 mod organic;
@@ -15,6 +16,7 @@ mod tube;
 use std::fmt;
 use std::str::FromStr;
 
+pub use fans::{bicone, flat_drum};
 use polygonise::Field;
 use rayon::prelude::*;
 use silmap_geometry::TriangleMesh;

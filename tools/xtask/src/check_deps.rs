@@ -91,7 +91,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 /// Crate, and the workspace crates that its tests, benchmarks and examples alone may use besides.
 const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("silmap-hull", &["silmap-models", "silmap-mesh-io"]),
-    ("silmap-exact", &["silmap-mesh-io"]),
+    ("silmap-exact", &["silmap-models", "silmap-mesh-io"]),
     ("silmap-preprocess", &["silmap-models"]),
     ("silmap-measure", &["silmap-models", "silmap-mesh-io"]),
 ];

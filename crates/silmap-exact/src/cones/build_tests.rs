@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::ConeForest;
-use crate::test_meshes::{bicone, flat_drum, torus};
+use crate::test_meshes::torus;
 use crate::watch::{SEARCH, heard};
 use silmap_geometry::{StageEvent, Watch};
+use silmap_models::{bicone, flat_drum};
 
 /// Links between edges at the beginning, and faces that were looked at in the end.
 fn work(mesh: &silmap_geometry::TriangleMesh) -> (usize, u64) {

@@ -6,9 +6,10 @@ use silmap_geometry::{Camera, Mask, Material, StageEvent};
 
 use super::simplify as simplify_watched;
 use super::*;
-use crate::test_meshes::{bicone, flat_drum, torus};
+use crate::test_meshes::torus;
 use crate::watch::heard;
 use crate::{Outliner, silhouette_edges};
+use silmap_models::{bicone, flat_drum};
 
 fn simplify(
     mesh: &ClosedMesh,
