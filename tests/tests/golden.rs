@@ -301,20 +301,7 @@ fn another_target_format_shows_the_same() {
     }) else {
         return;
     };
-    let texture = stage.gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d {
-            width: SIDE_PX,
-            height: SIDE_PX,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
+    let texture = device::target(&stage.gpu, format, SIDE_PX);
     let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
     for antialias in [Antialias::Soft, Antialias::Msaa, Antialias::None] {
         let params = FrameParams {

@@ -262,8 +262,8 @@ fn an_item_buffer_frame_cannot_be_recorded_unprepared() {
             Antialias::None,
         )
     };
-    let size = wgpu_size();
-    let texture = stage.gpu.device.create_texture(&size);
+    let format = RendererOptions::default().target_format;
+    let texture = device::target(&stage.gpu, format, SIDE_PX);
     let view = texture.create_view(&silmap_gpu::wgpu::TextureViewDescriptor::default());
     let mut encoder = (stage.gpu.device)
         .create_command_encoder(&silmap_gpu::wgpu::CommandEncoderDescriptor::default());
@@ -279,22 +279,4 @@ fn an_item_buffer_frame_cannot_be_recorded_unprepared() {
     );
     stage.renderer.render(&stage.gpu, &params).unwrap();
     record(&mut stage, &params).unwrap();
-}
-
-fn wgpu_size() -> silmap_gpu::wgpu::TextureDescriptor<'static> {
-    use silmap_gpu::wgpu;
-    wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d {
-            width: SIDE_PX,
-            height: SIDE_PX,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: RendererOptions::default().target_format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    }
 }
