@@ -4,6 +4,7 @@ Nothing here holds a figure. A table whose runs were not made is left out.
 """
 
 MARKER = "<!-- results: {} -->"
+OUTLINES_HEAD = ["model", "`tight` mean, worst", "`hull` mean, worst", "`paper` mean, worst", "silhouettes", "asset"]
 
 
 def pages(root, results):
@@ -84,13 +85,10 @@ class Tables:
     def label(self, stem):
         return f"{name_of(stem)}, {self.figure(f'inspect/{stem}', 'model.faces'):,} faces"
 
-    def outlines(self, stems):
-        body = []
-        for stem in stems:
-            errors = [self.pair(f"evaluate/{stem}", method) for method in ("tight", "hull", "paper")]
-            sizes = [kib(self.figure(f"inspect/{stem}", key)) for key in ("map.bytes", "bytes")]
-            body.append([self.label(stem), *errors, *sizes])
-        return rows(["model", "`tight` mean, worst", "`hull` mean, worst", "`paper` mean, worst", "silhouettes", "asset"], body)
+    def outline_rows(self, stem):
+        errors = [self.pair(f"evaluate/{stem}", method) for method in ("tight", "hull", "paper")]
+        sizes = [kib(self.figure(f"inspect/{stem}", key)) for key in ("map.bytes", "bytes")]
+        return [[self.label(stem), *errors, *sizes]]
 
     def summary(self):
         """Five rows for README."""
@@ -99,7 +97,8 @@ class Tables:
         head = (f"Misclassified pixels as shares of those inside the true outline, at {viewpoints} random eyes "
                 "([more](docs/results.md)):\n\n")
         c = self.conditions
-        return head + self.outlines(stems) + f"\nMeasured on {c['date']} by `{c['command']}`, commit {c['commit']}.\n"
+        lines = [row for stem in stems for row in self.outline_rows(stem)]
+        return head + rows(OUTLINES_HEAD, lines) + f"\nMeasured on {c['date']} by `{c['command']}`, commit {c['commit']}.\n"
 
     def methods(self):
         """Errors of the three rules, for the page on methods."""
@@ -114,11 +113,10 @@ class Tables:
 
 def page(table):
     """docs/results.md."""
-    sections = [outlines, off_the_polytope, fewer_views, hulls, textures, exact_edges, simplified, aligned, build_times,
-                list_times, interpolation_times, hull_times, edge_times, frame_times]
     parts = [INTRODUCTION.format(table.described())]
-    parts += [text for section in sections if (text := section(table))]
-    return "\n".join(parts)
+    parts += [text for one in SECTIONS if (text := one.text(table))]
+    parts.append(frame_times(table))
+    return "\n".join(part for part in parts if part)
 
 
 INTRODUCTION = """\
@@ -135,84 +133,48 @@ others are real models of `../shared/models`. Eyes are random points of the poly
 """
 
 
-def outlines(table):
-    stems = table.stems("evaluate")
-    first = stems[0]
-    return f"""\
-## Outlines
+class Section:
+    """A table of the models that have a run of a kind, under a heading: `body` gives a model's rows, `runs` name commands to show."""
 
-Misclassified pixels as shares of the pixels inside the true outline. All builds have the options of the first command below.
+    def __init__(self, title, kind, head, body, text="", runs=()):
+        self.title, self.kind, self.head, self.body, self.words, self.runs = title, kind, head, body, text, runs
 
-{table.outlines(stems)}
-{table.command(f"build/{first}", f"evaluate/{first}")}"""
-
-
-def off_the_polytope(table):
-    stems = table.stems("shell")
-    if not stems:
-        return ""
-    body = [[name_of(stem), table.pair(f"evaluate/{stem}", "tight"), table.pair(f"shell/{stem}", "tight")] for stem in stems]
-    return f"""\
-## Outlines off the polytope
-
-Method `tight`, with eyes at distances that are log-uniform in 1.5 to 10 radii.
-
-{rows(["model", "on the polytope: mean, worst", "off the polytope: mean, worst"], body)}
-{table.command(f"shell/{stems[0]}")}"""
+    def text(self, table):
+        stems = table.stems(self.kind)
+        if not stems:
+            return ""
+        lines = [row for stem in stems for row in self.body(table, stem)]
+        words = self.words + "\n\n" if self.words else ""
+        text = f"## {self.title}\n\n{words}{rows(self.head, lines)}"
+        if self.runs:
+            text += "\n" + table.command(*(f"{run}/{stems[0]}" for run in self.runs))
+        return text
 
 
-def fewer_views(table):
-    stems = table.stems("fewer")
-    if not stems:
-        return ""
-    body = [[name_of(stem), str(table.figure(f"build/{stem}", "kept")), table.pair(f"evaluate/{stem}", "tight"),
-             str(table.figure(f"fewer/{stem}", "kept")), table.pair(f"evaluate-fewer/{stem}", "tight")] for stem in stems]
-    return f"""\
-## Fewer views
-
-Views taken out of a finished asset. Method `tight`.
-
-{rows(["model", "views", "mean, worst", "views left", "mean, worst"], body)}
-{table.command(f"fewer/{stems[0]}")}"""
+TIGHTENINGS = ("off", "fast", "best")
+METHODS = ("tight", "hull", "paper")
 
 
-def hulls(table):
-    stems = table.stems("hull-off")
-    if not stems:
-        return ""
-    body = []
-    for stem in stems:
-        ratios = [f"{table.figure(f'hull-{t}/{stem}', 'volume_ratio'):.4f}" for t in ("off", "fast", "best")]
-        verified = all(table.figure(f"hull-{t}/{stem}", "verified") for t in ("off", "fast", "best"))
-        body.append([name_of(stem), str(table.figure(f"hull-off/{stem}", "faces")), *ratios, "yes" if verified else "no"])
-    return f"""\
-## Hulls
-
-Volume of the hull over that of the model. `--verify` checks that the hull encloses the model.
-
-{rows(["model", "faces", "`--tighten off`", "`fast`", "`best`", "verified"], body)}
-{table.command(f"hull-fast/{stems[0]}")}"""
+def off_the_polytope(table, stem):
+    return [[name_of(stem), table.pair(f"evaluate/{stem}", "tight"), table.pair(f"shell/{stem}", "tight")]]
 
 
-def textures(table):
-    stems = table.stems("textures")
-    if not stems:
-        return ""
-    body = []
-    for stem in stems:
-        run = f"textures/{stem}"
-        colours = [f"{table.figure(run, f'textures.colour_difference.{k}.largest_channel'):.1f}" for k in ("blended", "nearest", "tiles")]
-        jumps = [f"{table.figure(run, f'textures.discontinuities_per_1000.{k}'):.2g}" for k in ("normal-shooting", "closest-point")]
-        body.append([name_of(stem), *colours, *jumps])
-    head = ["model", "blended views", "nearest view", "tiles alone", "jumps, normal shooting", "jumps, closest point"]
-    return f"""\
-## Textures
+def fewer_views(table, stem):
+    return [[name_of(stem), str(table.figure(f"build/{stem}", "kept")), table.pair(f"evaluate/{stem}", "tight"),
+             str(table.figure(f"fewer/{stem}", "kept")), table.pair(f"evaluate-fewer/{stem}", "tight")]]
 
-Mean difference of colours from the full mesh, the largest of the channels, in steps of 1/255, inside both outlines; and texels beside a
-jump of the atlas's parametrisation, of 1,000.
 
-{rows(head, body)}
-{table.command(f"textures/{stems[0]}")}"""
+def hulls(table, stem):
+    ratios = [f"{table.figure(f'hull-{t}/{stem}', 'volume_ratio'):.4f}" for t in TIGHTENINGS]
+    verified = all(table.figure(f"hull-{t}/{stem}", "verified") for t in TIGHTENINGS)
+    return [[name_of(stem), str(table.figure(f"hull-off/{stem}", "faces")), *ratios, "yes" if verified else "no"]]
+
+
+def textures(table, stem):
+    run = f"textures/{stem}"
+    colours = [f"{table.figure(run, f'textures.colour_difference.{k}.largest_channel'):.1f}" for k in ("blended", "nearest", "tiles")]
+    jumps = [f"{table.figure(run, f'textures.discontinuities_per_1000.{k}'):.2g}" for k in ("normal-shooting", "closest-point")]
+    return [[name_of(stem), *colours, *jumps]]
 
 
 def edge_methods(table, stem):
@@ -221,126 +183,82 @@ def edge_methods(table, stem):
     return sorted(names, key=order.index)
 
 
-def exact_edges(table):
-    stems = table.stems("edges-brute")
-    if not stems:
-        return ""
-    body = []
-    for stem in stems:
-        for method in edge_methods(table, stem):
-            run = f"edges-{method}/{stem}"
-            found, tested, nodes = (table.figure(run, f"walk.{key}_mean") for key in ("silhouette_edges", "tested_edges", "visited_nodes"))
-            body.append([name_of(stem), f"`{method}`", f"{found:,.0f}", f"{tested / found:.2f}", f"{nodes / found:.2f}",
-                         kib(table.figure(run, "data_bytes"))])
-    return f"""\
-## Exact silhouette edges
-
-Work per silhouette edge, over a walk in steps of 0.5°.
-
-{rows(["model", "method", "edges", "edges tested for each", "nodes visited for each", "data"], body)}
-{table.command(f"edges-cones/{stems[0]}")}"""
+def exact_edges(table, stem):
+    for method in edge_methods(table, stem):
+        run = f"edges-{method}/{stem}"
+        found, tested, nodes = (table.figure(run, f"walk.{key}_mean") for key in ("silhouette_edges", "tested_edges", "visited_nodes"))
+        yield [name_of(stem), f"`{method}`", f"{found:,.0f}", f"{tested / found:.2f}", f"{nodes / found:.2f}",
+               kib(table.figure(run, "data_bytes"))]
 
 
-def simplified(table):
-    stems = table.stems("simplify-300")
-    if not stems:
-        return ""
-    body = []
-    for stem in stems:
-        for faces in (300, 1000):
-            run = f"simplify-{faces}/{stem}"
-            errors = [percent(table.figure(run, f"{kind}.misclassified_mean")) for kind in ("error", "unguided_error")]
-            body.append([name_of(stem), str(table.figure(run, "faces")), *errors])
-    return f"""\
-## Simplification that keeps a silhouette
-
-Wrong pixels as shares of those inside, seen from the eye whose silhouettes are kept.
-
-{rows(["model", "faces", "guided", "unguided"], body)}
-{table.command(f"simplify-300/{stems[0]}")}"""
+def simplified(table, stem):
+    for faces in (300, 1000):
+        run = f"simplify-{faces}/{stem}"
+        errors = [percent(table.figure(run, f"{kind}.misclassified_mean")) for kind in ("error", "unguided_error")]
+        yield [name_of(stem), str(table.figure(run, "faces")), *errors]
 
 
-def aligned(table):
-    stems = table.stems("align")
-    if not stems:
-        return ""
-    body = [[name_of(stem), "yes" if table.figure(f"align/{stem}", "converged") else "no", str(table.figure(f"align/{stem}", "rounds")),
-             f"{table.figure(f'align/{stem}', 'distance_px'):.3f} px",
-             *(percent(table.figure(f"align/{stem}", f"{key}_off_share")) for key in ("start", "eye"))]
-            for stem in stems]
-    return f"""\
-## Alignment
-
-A pose found again from a mask. The eye is off by shares of its distance, at the start and at the end.
-
-{rows(["model", "converged", "rounds", "outlines apart", "eye off at the start", "at the end"], body)}
-{table.command(f"align/{stems[0]}")}"""
+def aligned(table, stem):
+    run = f"align/{stem}"
+    return [[name_of(stem), "yes" if table.figure(run, "converged") else "no", str(table.figure(run, "rounds")),
+             f"{table.figure(run, 'distance_px'):.3f} px",
+             *(percent(table.figure(run, f"{key}_off_share")) for key in ("start", "eye"))]]
 
 
-def build_times(table):
-    body = [[table.label(stem), seconds(table.time(f"build/{stem}", "seconds.total")),
-             f"{table.time(f'build/{stem}', 'peak_bytes') / 2**20:.0f} MiB"] for stem in table.stems("build")]
-    return f"""\
-## Builds: time
-
-{rows(["model", "`build`", "peak memory"], body)}"""
+def build_times(table, stem):
+    run = f"build/{stem}"
+    return [[table.label(stem), seconds(table.time(run, "seconds.total")), f"{table.time(run, 'peak_bytes') / 2**20:.0f} MiB"]]
 
 
-def list_times(table):
-    if "list/torus" not in table.runs:
-        return ""
-    run, done = "list/torus", table.figure("list/torus", "done")
-    whole, builds = table.time(run, "whole"), table.time(run, "builds")
-    body = [[str(table.figure(run, "models")), str(done), seconds(builds / done), seconds((whole - builds) / done)]]
-    return f"""\
-## A list of models: time
-
-A process for each model, one after the other, and small builds.
-
-{rows(["models", "built", "build of one", "beside it, for each"], body)}
-{table.command(run)}"""
+def list_times(table, stem):
+    run = f"list/{stem}"
+    done, whole, builds = table.figure(run, "done"), table.time(run, "whole"), table.time(run, "builds")
+    return [[str(table.figure(run, "models")), str(done), seconds(builds / done), seconds((whole - builds) / done)]]
 
 
-def interpolation_times(table):
-    stems = table.stems("contour-tight")
-    if not stems:
-        return ""
-    body = [[name_of(stem), *(seconds(table.time(f"contour-{m}/{stem}", "seconds")) for m in ("tight", "hull", "paper"))] for stem in stems]
-    return f"""\
-## Interpolation of an outline: time
-
-With warm buffers, the median of several calls.
-
-{rows(["model", "`tight`", "`hull`", "`paper`"], body)}
-{table.command(f"contour-tight/{stems[0]}")}"""
+def interpolation_times(table, stem):
+    return [[name_of(stem), *(seconds(table.time(f"contour-{m}/{stem}", "seconds")) for m in METHODS)]]
 
 
-def hull_times(table):
-    stems = table.stems("hull-off")
-    if not stems:
-        return ""
-    body = [[name_of(stem), *(seconds(table.time(f"hull-{t}/{stem}", "seconds")) for t in ("off", "fast", "best"))] for stem in stems]
-    return f"""\
-## Hulls: time
-
-{rows(["model", "`--tighten off`", "`fast`", "`best`"], body)}"""
+def hull_times(table, stem):
+    return [[name_of(stem), *(seconds(table.time(f"hull-{t}/{stem}", "seconds")) for t in TIGHTENINGS)]]
 
 
-def edge_times(table):
-    stems = table.stems("edges-brute")
-    if not stems:
-        return ""
-    body = []
-    for stem in stems:
-        for method in edge_methods(table, stem):
-            run = f"edges-{method}/{stem}"
-            body.append([name_of(stem), f"`{method}`", seconds(table.time(run, "seconds_median")), seconds(table.time(run, "build_seconds"))])
-    return f"""\
-## Exact silhouette edges: time
+def edge_times(table, stem):
+    for method in edge_methods(table, stem):
+        run = f"edges-{method}/{stem}"
+        yield [name_of(stem), f"`{method}`", seconds(table.time(run, "seconds_median")), seconds(table.time(run, "build_seconds"))]
 
-For each viewpoint of the walk, the median; and the time to prepare the mesh.
 
-{rows(["model", "method", "extraction", "preparation"], body)}"""
+SECTIONS = [
+    Section("Outlines", "evaluate", OUTLINES_HEAD, Tables.outline_rows,
+            "Misclassified pixels as shares of the pixels inside the true outline. All builds have the options of the first command below.",
+            ("build", "evaluate")),
+    Section("Outlines off the polytope", "shell", ["model", "on the polytope: mean, worst", "off the polytope: mean, worst"], off_the_polytope,
+            "Method `tight`, with eyes at distances that are log-uniform in 1.5 to 10 radii.", ("shell",)),
+    Section("Fewer views", "fewer", ["model", "views", "mean, worst", "views left", "mean, worst"], fewer_views,
+            "Views taken out of a finished asset. Method `tight`.", ("fewer",)),
+    Section("Hulls", "hull-off", ["model", "faces", "`--tighten off`", "`fast`", "`best`", "verified"], hulls,
+            "Volume of the hull over that of the model. `--verify` checks that the hull encloses the model.", ("hull-fast",)),
+    Section("Textures", "textures", ["model", "blended views", "nearest view", "tiles alone", "jumps, normal shooting", "jumps, closest point"],
+            textures,
+            "Mean difference of colours from the full mesh, the largest of the channels, in steps of 1/255, inside both outlines; and texels "
+            "beside a\njump of the atlas's parametrisation, of 1,000.", ("textures",)),
+    Section("Exact silhouette edges", "edges-brute", ["model", "method", "edges", "edges tested for each", "nodes visited for each", "data"],
+            exact_edges, "Work per silhouette edge, over a walk in steps of 0.5°.", ("edges-cones",)),
+    Section("Simplification that keeps a silhouette", "simplify-300", ["model", "faces", "guided", "unguided"], simplified,
+            "Wrong pixels as shares of those inside, seen from the eye whose silhouettes are kept.", ("simplify-300",)),
+    Section("Alignment", "align", ["model", "converged", "rounds", "outlines apart", "eye off at the start", "at the end"], aligned,
+            "A pose found again from a mask. The eye is off by shares of its distance, at the start and at the end.", ("align",)),
+    Section("Builds: time", "build", ["model", "`build`", "peak memory"], build_times),
+    Section("A list of models: time", "list", ["models", "built", "build of one", "beside it, for each"], list_times,
+            "A process for each model, one after the other, and small builds.", ("list",)),
+    Section("Interpolation of an outline: time", "contour-tight", ["model", "`tight`", "`hull`", "`paper`"], interpolation_times,
+            "With warm buffers, the median of several calls.", ("contour-tight",)),
+    Section("Hulls: time", "hull-off", ["model", "`--tighten off`", "`fast`", "`best`"], hull_times),
+    Section("Exact silhouette edges: time", "edges-brute", ["model", "method", "extraction", "preparation"], edge_times,
+            "For each viewpoint of the walk, the median; and the time to prepare the mesh."),
+]
 
 
 def frame_times(table):
