@@ -45,7 +45,7 @@ pub struct Bench<'a> {
     /// Methods of extraction to time.
     pub extractions: Vec<ExtractionMethod>,
     /// Asked now and then whether to stop.
-    pub monitor: &'a Watch<'a>,
+    pub watch: &'a Watch<'a>,
 }
 
 /// Frames that take long are drawn for this many seconds alone: the row says how many there were.
@@ -86,8 +86,8 @@ impl Bench<'_> {
         let eyes: Vec<DVec3> = self.cameras.iter().map(|c| c.eye).collect();
         let mut searches = Vec::new();
         for &method in &self.extractions {
-            let mut search = Search::new(&edge_mesh, method, self.monitor)?;
-            let times = search.time(&eyes, self.monitor)?;
+            let mut search = Search::new(&edge_mesh, method, self.watch)?;
+            let times = search.time(&eyes, self.watch)?;
             rows.push(Row::of_search(&search, self.full.faces.len(), times));
             searches.push(search);
         }
@@ -107,15 +107,15 @@ impl Bench<'_> {
     fn time_contours(&self, truths: &[Truth]) -> Result<Vec<Row>, MeasureError> {
         let mut rows = Vec::new();
         let map = &self.asset.map;
-        let mut scratch = MapReader::new(map)?;
+        let mut reader = MapReader::new(map)?;
         for method in Method::all_for(map) {
             let mut times = Vec::new();
             // The first round fills buffers that a frame finds warm.
             for is_timed in [false, true] {
                 for camera in &self.cameras {
-                    self.monitor.check()?;
+                    self.watch.check()?;
                     let since = Instant::now();
-                    scratch.interpolate(map, camera, Interpolation::from(method))?;
+                    reader.interpolate(map, camera, Interpolation::from(method))?;
                     if is_timed {
                         times.push(since.elapsed().as_secs_f64());
                     }
@@ -123,7 +123,7 @@ impl Bench<'_> {
             }
             let mut errors = Vec::new();
             for truth in truths {
-                let outline = silmap_map::outline(map, &truth.camera, method, &mut scratch)?;
+                let outline = silmap_map::outline(map, &truth.camera, method, &mut reader)?;
                 let mut mask = Mask::new(truth.camera.width_px, truth.camera.height_px);
                 fill_even_odd::<&Loop>(outline.simple_loops(), &mut mask);
                 errors.push(truth.errors_of(&mask));
@@ -243,7 +243,7 @@ impl Bench<'_> {
         let started = Instant::now();
         // The first frame makes pipelines and grows buffers.
         for (k, cameras) in frames.clone().take(1).chain(frames).enumerate() {
-            self.monitor.check()?;
+            self.watch.check()?;
             let frame: Vec<FrameParams> = (cameras.iter())
                 .map(|&camera| params(camera, mode, method, antialias))
                 .collect();
@@ -258,7 +258,7 @@ impl Bench<'_> {
         }
         let mut errors = Vec::new();
         for truth in truths {
-            self.monitor.check()?;
+            self.watch.check()?;
             let frame = params(truth.camera, mode, method, antialias);
             let mask = drawer.mask(&frame, region, self.full)?;
             errors.push(truth.errors_of(&mask));

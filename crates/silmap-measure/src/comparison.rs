@@ -48,9 +48,9 @@ pub fn compare(
     bytes: &[u8],
     model: &ClosedMesh,
     gpu: Option<&Gpu>,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Comparison, MeasureError> {
-    let meshes = resolutions(model, monitor)?;
+    let meshes = resolutions(model, watch)?;
     let (center, radius) = (asset.map.center, asset.map.radius);
     let cameras = walk_cameras(center, radius)?;
     let walk: Vec<DVec3> = cameras.iter().map(|c| c.eye).collect();
@@ -64,7 +64,7 @@ pub fn compare(
         cameras: cameras.to_vec(),
         instances: 1,
         extractions: Vec::new(),
-        monitor,
+        watch,
     };
     let mut comparison = Comparison {
         walk_viewpoints: walk.len() as u32,
@@ -83,11 +83,9 @@ pub fn compare(
         };
         let mut quick = Vec::new();
         for &method in ExtractionMethod::ALL {
-            let mut search = Search::new(edge_mesh, method, monitor)?;
-            let (on_walk, on_all_sides) = (
-                search.time(&walk, monitor)?,
-                search.time(&scattered, monitor)?,
-            );
+            let mut search = Search::new(edge_mesh, method, watch)?;
+            let (on_walk, on_all_sides) =
+                (search.time(&walk, watch)?, search.time(&scattered, watch)?);
             let result = extraction(&search, &on_walk, &on_all_sides);
             if result.walk.seconds_median < LONGEST_IN_FRAMES {
                 quick.push(search);
@@ -165,13 +163,13 @@ fn frame_times(
 }
 
 /// Coarser hulls of the model, and the model.
-fn resolutions(model: &ClosedMesh, monitor: &Watch<'_>) -> Result<Vec<TriangleMesh>, MeasureError> {
+fn resolutions(model: &ClosedMesh, watch: &Watch<'_>) -> Result<Vec<TriangleMesh>, MeasureError> {
     let most = (LARGEST_SHARE * model.mesh().faces.len() as f64) as usize;
     let params = HullParams {
         target_faces: LEVEL_FACES[0] as u32,
         ..HullParams::default()
     };
-    let sequence = hull::build(model, &params, monitor)?;
+    let sequence = hull::build(model, &params, watch)?;
     let mut meshes: Vec<TriangleMesh> = (LEVEL_FACES.into_iter())
         .filter(|&faces| faces <= most)
         .map(|faces| sequence.level(faces).mesh)

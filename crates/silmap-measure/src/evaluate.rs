@@ -204,10 +204,10 @@ pub fn evaluate(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &EvaluateParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
     let eyes = viewpoints(map, params)?;
-    evaluate_at(&eyes, map, model, params, monitor)
+    evaluate_at(&eyes, map, model, params, watch)
 }
 
 /// As [`evaluate`], at viewpoints of the caller's choice.
@@ -219,19 +219,19 @@ pub fn evaluate_at(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &EvaluateParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<ViewpointError>, EvaluateError> {
     if eyes.is_empty() || params.methods.is_empty() {
         return Err(EvaluateError::Nothing);
     }
     let prepared = MapReader::new(map)?;
-    monitor.start(EVALUATE, eyes.len() as u64);
+    watch.start(EVALUATE, eyes.len() as u64);
     let per_eye: Vec<Vec<ViewpointError>> = eyes
         .par_iter()
         .map_init(
             || prepared.clone(),
-            |scratch, &eye| {
-                monitor.check()?;
+            |reader, &eye| {
+                watch.check()?;
                 let seen = Comparison::new(eye, map, model, params.size_px)?;
                 let mut errors = Vec::with_capacity(params.methods.len());
                 for &method in &params.methods {
@@ -240,7 +240,7 @@ pub fn evaluate_at(
                         transfer: params.transfer,
                         detail: params.detail,
                     };
-                    let predicted = seen.predict(map, how, scratch)?;
+                    let predicted = seen.predict(map, how, reader)?;
                     let (misclassified, escaped) = compare(&predicted, &seen.truth);
                     errors.push(ViewpointError {
                         eye,
@@ -250,12 +250,12 @@ pub fn evaluate_at(
                         inside_px: seen.truth.count(),
                     });
                 }
-                monitor.advance(EVALUATE, 1);
+                watch.advance(EVALUATE, 1);
                 Ok(errors)
             },
         )
         .collect::<Result<_, EvaluateError>>()?;
-    monitor.finish(EVALUATE);
+    watch.finish(EVALUATE);
     Ok(per_eye.into_iter().flatten().collect())
 }
 
@@ -294,9 +294,9 @@ impl Comparison {
         &self,
         map: &SilhouetteMap,
         how: Interpolation,
-        scratch: &mut MapReader,
+        reader: &mut MapReader,
     ) -> Result<Mask, InterpolateError> {
-        let outline = silmap_map::outline(map, &self.camera, how, scratch)?;
+        let outline = silmap_map::outline(map, &self.camera, how, reader)?;
         let mut predicted = Mask::new(self.camera.width_px, self.camera.height_px);
         fill_even_odd::<&Loop>(outline.simple_loops(), &mut predicted);
         Ok(predicted)

@@ -100,23 +100,21 @@ pub fn measure(
     bytes: &[u8],
     model: &ClosedMesh,
     (params, gpu): (&MeasureParams, Option<&Gpu>),
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Measured, MeasureError> {
     let started = Instant::now();
     let map = &asset.map;
     // First, while nothing else of this program runs.
-    let contour_times = time_outlines(map, params.timed_calls, monitor)?;
-    let uniform_curve = curve_of_even_views(asset, model, monitor)?;
+    let contour_times = time_outlines(map, params.timed_calls, watch)?;
+    let uniform_curve = curve_of_even_views(asset, model, watch)?;
     let model = model.mesh();
     let places = PLACES
         .iter()
-        .map(|&(place, description)| {
-            place_errors(map, model, (place, description), params, monitor)
-        })
+        .map(|&(place, description)| place_errors(map, model, (place, description), params, watch))
         .collect::<Result<Vec<_>, _>>()?;
-    let directions = direction_errors(map, model, params, monitor)?;
-    let worst = worst_views(map, model, places.first(), params, monitor)?;
-    let textures = texture_figures(asset, model, (params, gpu), monitor)?;
+    let directions = direction_errors(map, model, params, watch)?;
+    let worst = worst_views(map, model, places.first(), params, watch)?;
+    let textures = texture_figures(asset, model, (params, gpu), watch)?;
     Ok(Measured {
         bytes: byte_rows(&asset::sizes(bytes)?),
         uniform_curve,
@@ -142,14 +140,14 @@ pub fn measure(
 fn curve_of_even_views(
     asset: &Asset,
     model: &ClosedMesh,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Option<Vec<(u32, f64)>>, MeasureError> {
     let record = &asset.record;
     let curve = if record.uniform_curve.is_empty() {
         let Ok(recipe) = Recipe::from_record(record) else {
             return Ok(None);
         };
-        uniform_curve(model, &recipe.build, monitor)?
+        uniform_curve(model, &recipe.build, watch)?
     } else {
         record.uniform_curve.clone()
     };
@@ -172,13 +170,13 @@ fn place_errors(
     model: &TriangleMesh,
     (place, description): (Place, &str),
     params: &MeasureParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<PlaceErrors, EvaluateError> {
     let params = EvaluateParams {
         place,
         ..evaluate_params(map, params)
     };
-    let errors = evaluate(map, model, &params, monitor)?;
+    let errors = evaluate(map, model, &params, watch)?;
     let mut methods: Vec<MethodErrors> = summarise(&errors)
         .iter()
         .map(|e| method_row(e, ""))
@@ -189,7 +187,7 @@ fn place_errors(
             transfer: Transfer::Homography,
             ..params.clone()
         };
-        let errors = evaluate(map, model, &by_homography, monitor)?;
+        let errors = evaluate(map, model, &by_homography, watch)?;
         methods.extend(
             summarise(&errors)
                 .iter()
@@ -230,10 +228,10 @@ fn direction_errors(
     map: &SilhouetteMap,
     model: &TriangleMesh,
     params: &MeasureParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<DirectionErrors>, EvaluateError> {
     let eyes = spread_viewpoints(map, params.directions)?;
-    let errors = evaluate_at(&eyes, map, model, &evaluate_params(map, params), monitor)?;
+    let errors = evaluate_at(&eyes, map, model, &evaluate_params(map, params), watch)?;
     let mut best_first: Vec<Method> = Method::all_for(map).collect();
     best_first.sort_by_key(|m| *m != Method::best_for(map));
     let samples = |method: Method| {
@@ -259,9 +257,9 @@ fn worst_views(
     model: &TriangleMesh,
     place: Option<&PlaceErrors>,
     params: &MeasureParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<WorstView>, MeasureError> {
-    let mut scratch = MapReader::new(map)?;
+    let mut reader = MapReader::new(map)?;
     let best = Method::best_for(map);
     let mut methods: Vec<Method> = Method::all_for(map).collect();
     methods.sort_by_key(|m| *m != best);
@@ -270,9 +268,9 @@ fn worst_views(
         let count = if method == best { params.worst } else { 1 };
         let samples = place.map_or(&[][..], |p| &p.samples);
         for sample in largest_errors(samples, method.name(), count) {
-            monitor.check()?;
+            watch.check()?;
             let seen = Comparison::new(sample.eye, map, model, params.resolution_px)?;
-            let predicted = seen.predict(map, method.into(), &mut scratch)?;
+            let predicted = seen.predict(map, method.into(), &mut reader)?;
             views.push(WorstView {
                 sample: sample.clone(),
                 camera: seen.camera,
@@ -300,9 +298,9 @@ fn largest_errors<'a>(
 fn time_outlines(
     map: &SilhouetteMap,
     calls: u32,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<ContourTime>, MeasureError> {
-    let mut scratch = MapReader::new(map)?;
+    let mut reader = MapReader::new(map)?;
     let size = (map.resolution_px, map.resolution_px);
     let cameras = walk(map, calls.max(1))
         .into_iter()
@@ -315,9 +313,9 @@ fn time_outlines(
             // The first round fills the buffers that later calls, a frame each, find warm.
             for is_timed in [false, true] {
                 for camera in &cameras {
-                    monitor.check()?;
+                    watch.check()?;
                     let since = Instant::now();
-                    scratch.interpolate(map, camera, how)?;
+                    reader.interpolate(map, camera, how)?;
                     if is_timed {
                         times.push(since.elapsed().as_secs_f64());
                     }
@@ -408,7 +406,7 @@ fn texture_figures(
     asset: &Asset,
     model: &TriangleMesh,
     (params, gpu): (&MeasureParams, Option<&Gpu>),
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<TextureFigures, MeasureError> {
     let found = painting(&asset.hull, &asset.textures, asset.map.radius);
     let colour_params = TextureErrorParams {
@@ -417,7 +415,7 @@ fn texture_figures(
         size_px: params.resolution_px,
     };
     let colours = match gpu {
-        Some(gpu) => colour_errors(gpu, asset, model, &colour_params, monitor)?,
+        Some(gpu) => colour_errors(gpu, asset, model, &colour_params, watch)?,
         None => BTreeMap::new(),
     };
     Ok(TextureFigures {

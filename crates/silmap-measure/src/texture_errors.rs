@@ -66,7 +66,7 @@ pub fn colour_errors(
     asset: &Asset,
     model: &TriangleMesh,
     params: &TextureErrorParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<BTreeMap<&'static str, ColourErrors>, MeasureError> {
     let map = &asset.map;
     let eyes = viewpoints(
@@ -83,7 +83,7 @@ pub fn colour_errors(
     renderer.load_model(gpu, model)?;
     let mut found: BTreeMap<&'static str, Vec<ColourDifference>> = BTreeMap::new();
     for eye in eyes {
-        monitor.check()?;
+        watch.check()?;
         let size = (params.size_px, params.size_px);
         let mut frame = FrameParams {
             camera: Camera::fit_sphere(eye, map.center, map.radius, None, size)?,

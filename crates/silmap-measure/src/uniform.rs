@@ -41,19 +41,19 @@ pub fn uniform_map(
     model: &ClosedMesh,
     params: &BuildParams,
     views: u32,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, monitor)
+    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, watch)
 }
 
 fn uniform_map_of(
     (model, tree): (&ClosedMesh, &Bvh),
     params: &BuildParams,
     views: u32,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    let (cameras, masks) = captured_masks(model, params, views, monitor)?;
-    captured_map(model, tree, (&cameras, &masks), params, monitor)
+    let (cameras, masks) = captured_masks(model, params, views, watch)?;
+    captured_map(model, tree, (&cameras, &masks), params, watch)
 }
 
 /// Views and mean errors of maps of evenly spread views, most views first, measured at the views that a build by `params`
@@ -64,26 +64,26 @@ fn uniform_map_of(
 pub fn uniform_curve(
     model: &ClosedMesh,
     params: &BuildParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<Vec<(u32, f64)>, BuildError> {
     let seen = without_unseen(model, params);
     let model = seen.as_ref().map_or(model, |(seen, _)| seen);
     let tree = Bvh::new(model.mesh());
-    let (cameras, masks) = captured_masks(model, params, params.views, monitor)?;
+    let (cameras, masks) = captured_masks(model, params, params.views, watch)?;
     let counts = uniform_counts(params.views);
-    monitor.start(EVALUATE, counts.len() as u64);
+    watch.start(EVALUATE, counts.len() as u64);
     let mut curve = Vec::with_capacity(counts.len());
     for views in counts {
-        monitor.check()?;
-        if let Ok(map) = uniform_map_of((model, &tree), params, views, &monitor.quiet())
+        watch.check()?;
+        if let Ok(map) = uniform_map_of((model, &tree), params, views, &watch.quiet())
             && let Ok(errors) = captured_errors(&map, (&cameras, &masks), params.map.method)
         {
             curve.push((views, errors.mean));
         }
-        monitor.advance(EVALUATE, 1);
+        watch.advance(EVALUATE, 1);
     }
-    monitor.finish(EVALUATE);
-    monitor.check()?;
+    watch.finish(EVALUATE);
+    watch.check()?;
     Ok(curve)
 }
 

@@ -220,12 +220,12 @@ pub fn captured_masks(
     model: &ClosedMesh,
     params: &BuildParams,
     views: u32,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<(Vec<Camera>, Vec<Mask>), BuildError> {
     let bounds = model.bounds();
     let distance = params.view_radius_rel * bounds.radius;
     let cameras = view_sphere(bounds, distance, views, params.resolution_px)?;
-    let masks = capture(model, &cameras, &params.capture, monitor)?;
+    let masks = capture(model, &cameras, &params.capture, watch)?;
     Ok((cameras, masks))
 }
 
@@ -239,9 +239,9 @@ pub fn captured_map(
     tree: &Bvh,
     captured: (&[Camera], &[Mask]),
     params: &BuildParams,
-    monitor: &Watch<'_>,
+    watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    let views = captured_views(model, tree, captured, params, monitor)?;
+    let views = captured_views(model, tree, captured, params, watch)?;
     let dense_params = DenseMapParams {
         center: model.bounds().center,
         radius: model.bounds().radius,

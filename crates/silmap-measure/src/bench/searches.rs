@@ -43,9 +43,9 @@ impl<'m> Search<'m> {
     pub(crate) fn new(
         mesh: &'m EdgeMesh,
         method: ExtractionMethod,
-        monitor: &Watch<'_>,
+        watch: &Watch<'_>,
     ) -> Result<Self, Interrupted> {
-        monitor.check()?;
+        watch.check()?;
         let since = Instant::now();
         let extractor = Extractor::new(mesh, method);
         Ok(Self {
@@ -63,7 +63,7 @@ impl<'m> Search<'m> {
     pub(crate) fn time(
         &mut self,
         eyes: &[DVec3],
-        monitor: &Watch<'_>,
+        watch: &Watch<'_>,
     ) -> Result<SearchTimes, Interrupted> {
         let mut edges = Vec::new();
         let mut times = SearchTimes::default();
@@ -77,7 +77,7 @@ impl<'m> Search<'m> {
                     reached = k;
                     break;
                 }
-                monitor.check()?;
+                watch.check()?;
                 let viewpoint = Viewpoint::Eye(eye);
                 let since = Instant::now();
                 let work = self.extractor.extract(&viewpoint, &mut edges);

@@ -66,7 +66,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let sizes = asset::sizes(&bytes).with_context(named)?;
     let cameras = cameras(args, asset.map.center, asset.map.radius)?;
     let (rows, has_timestamps) = Progress::new()
-        .watch(|monitor| {
+        .watch(|watch| {
             let bench = Bench {
                 full: &full,
                 simplified: Some(&simplified),
@@ -75,15 +75,14 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
                 cameras,
                 instances: args.instances as usize,
                 extractions: extractions(args),
-                monitor,
+                watch,
             };
             bench.run(&gpu)
         })
         .with_context(named)?;
     let comparison = (args.comparison)
         .then(|| {
-            Progress::new()
-                .watch(|monitor| compare(&asset, &bytes, &model.mesh, Some(&gpu), monitor))
+            Progress::new().watch(|watch| compare(&asset, &bytes, &model.mesh, Some(&gpu), watch))
         })
         .transpose()
         .with_context(named)?

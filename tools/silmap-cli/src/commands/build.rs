@@ -274,7 +274,7 @@ pub(crate) fn add_uniform_curve(
     params: &BuildParams,
 ) -> anyhow::Result<()> {
     asset.record.uniform_curve =
-        Progress::new().watch(|monitor| uniform_curve(&model.mesh, params, monitor))?;
+        Progress::new().watch(|watch| uniform_curve(&model.mesh, params, watch))?;
     *asset = asset::quantise(asset)?;
     Ok(())
 }

@@ -107,9 +107,9 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     }
     write("comparison.png", encode_png(&comparison(&rows))?);
 
-    let measured = Progress::new().watch(|monitor| {
+    let measured = Progress::new().watch(|watch| {
         let how = (&MEASURED, Some(&gpu));
-        measure(&asset, &bytes, &model.mesh, how, monitor)
+        measure(&asset, &bytes, &model.mesh, how, watch)
     })?;
     let mut page = Report::new(&asset, model.mesh.mesh(), measured);
     page.title = "silmap demo".to_owned();

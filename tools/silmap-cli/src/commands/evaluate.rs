@@ -67,7 +67,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         ..EvaluateParams::default()
     };
     let errors = Progress::new()
-        .watch(|monitor| evaluate(&asset.map, model.mesh.mesh(), &params, monitor))
+        .watch(|watch| evaluate(&asset.map, model.mesh.mesh(), &params, watch))
         .with_context(|| args.compared.asset.display().to_string())?;
     warn_of_few_pixels(args, &errors);
     let methods = summarise(&errors);
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
             Some(TextureErrors {
                 viewpoints,
                 colour_difference: Progress::new()
-                    .watch(|monitor| colour_errors(gpu, &asset, mesh, &params, monitor))
+                    .watch(|watch| colour_errors(gpu, &asset, mesh, &params, watch))
                     .with_context(|| args.compared.asset.display().to_string())?,
                 discontinuities_per_1000: discontinuities_per_1000(&asset, mesh),
             })

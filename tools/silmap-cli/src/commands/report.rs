@@ -33,11 +33,11 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let params = params_from_args(args);
     let gpu = open_gpu().ok();
     let (measured, comparison) = Progress::new()
-        .watch(|monitor| {
+        .watch(|watch| {
             let how = (&params, gpu.as_ref());
-            let measured = measure(&asset, &bytes, &model.mesh, how, monitor)?;
+            let measured = measure(&asset, &bytes, &model.mesh, how, watch)?;
             let comparison = (args.comparison)
-                .then(|| compare(&asset, &bytes, &model.mesh, gpu.as_ref(), monitor))
+                .then(|| compare(&asset, &bytes, &model.mesh, gpu.as_ref(), watch))
                 .transpose()?;
             Ok::<_, MeasureError>((measured, comparison))
         })
