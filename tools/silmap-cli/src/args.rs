@@ -39,8 +39,7 @@ Examples:
   silmap build bunny.ply --close-holes -o bunny.glb
   silmap render bunny.glb --eye 0.3,0.2,0.4 -o bunny.png
 
-Exit codes: 0 done, 1 could not (one sentence says why), 2 usage, 3 no graphics adapter, 4 out of memory, disk or time, 70 a fault
-of silmap itself, 130 interrupted."
+Exit codes: 0 done, 1 could not (one sentence says why), 2 usage, 3 no graphics adapter, 4 out of memory, disk or time, 70 a fault of silmap itself, 130 interrupted."
 )]
 pub(crate) struct Cli {
     /// What to do.
