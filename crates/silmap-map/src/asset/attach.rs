@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
@@ -13,6 +13,7 @@ use super::contents::{Buffers, Data};
 use super::document::{
     EXTENSION_NAME, FLOAT, PlainDocument, UNSIGNED_BYTE, UNSIGNED_INT, UNSIGNED_SHORT, WEBP,
 };
+use super::nodes::{moved, node_places};
 use super::read::Contents;
 use super::references::{self, Kind};
 use super::same_hull::{HullDifference, HullShape, Triangles};
@@ -61,9 +62,6 @@ const COMPRESSIONS: [&str; 3] = [
     "KHR_meshopt_compression",
     "KHR_draco_mesh_compression",
 ];
-
-/// Deepest tree of nodes that is followed.
-const MOST_PARENTS: usize = 1000;
 
 /// Puts the data of `asset` into `plain`, both the bytes of `.glb` files. `scene` are the triangles of the plain file's scene where
 /// the caller can read more kinds of files than this.
@@ -271,7 +269,9 @@ impl<'a> Target<'a> {
                 Kind::Image => {
                     let image = json("images");
                     has_webp |= image["mimeType"] == WEBP;
+                    let mime_type = image["mimeType"].as_str().unwrap_or_default();
                     self.find(kind, "images", &bytes)
+                        .filter(|&same| self.document.images[same].mime_type == mime_type)
                         .unwrap_or_else(|| self.push("images", image, &bytes))
                 }
                 Kind::Accessor => self.find(kind, "accessors", &bytes).unwrap_or_else(|| {
@@ -399,69 +399,6 @@ fn object<'v>(root: &'v mut Value, key: &str) -> &'v mut Map<String, Value> {
         *value = Value::Object(Map::new());
     }
     value.as_object_mut().expect("it was made an object")
-}
-
-/// Per node with a mesh: the mesh and where it is put.
-fn node_places(root: &Value) -> Vec<(usize, DMat4)> {
-    let empty = Vec::new();
-    let nodes = root
-        .get("nodes")
-        .and_then(Value::as_array)
-        .unwrap_or(&empty);
-    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
-    for (n, node) in nodes.iter().enumerate() {
-        let children = node.get("children").and_then(Value::as_array);
-        for child in children.into_iter().flatten().filter_map(Value::as_u64) {
-            if let Some(parent) = parents.get_mut(child as usize) {
-                *parent = Some(n);
-            }
-        }
-    }
-    let mut places = Vec::new();
-    for (n, node) in nodes.iter().enumerate() {
-        let Some(mesh) = node.get("mesh").and_then(Value::as_u64) else {
-            continue;
-        };
-        let mut place = node_matrix(node);
-        let mut at = parents[n];
-        for _ in 0..MOST_PARENTS {
-            let Some(parent) = at else { break };
-            place = node_matrix(&nodes[parent]) * place;
-            at = parents[parent];
-        }
-        places.push((mesh as usize, place));
-    }
-    places
-}
-
-fn node_matrix(node: &Value) -> DMat4 {
-    fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {
-        let list = node.get(key)?.as_array()?;
-        let list: Option<Vec<f64>> = list.iter().map(Value::as_f64).collect();
-        list?.try_into().ok()
-    }
-    if let Some(matrix) = numbers::<16>(node, "matrix") {
-        return DMat4::from_cols_array(&matrix);
-    }
-    let rotation = numbers::<4>(node, "rotation").map(DQuat::from_array);
-    DMat4::from_scale_rotation_translation(
-        numbers(node, "scale").map_or(DVec3::ONE, DVec3::from_array),
-        rotation.map_or(DQuat::IDENTITY, DQuat::normalize),
-        numbers(node, "translation").map_or(DVec3::ZERO, DVec3::from_array),
-    )
-}
-
-/// Triangles put somewhere; a mirror turns them over.
-fn moved(mesh: &Triangles, place: &DMat4) -> Triangles {
-    let is_mirror = place.determinant() < 0.0;
-    let face = |&[a, b, c]: &[u32; 3]| if is_mirror { [a, c, b] } else { [a, b, c] };
-    Triangles {
-        name: mesh.name.clone(),
-        positions: (mesh.positions.iter())
-            .map(|&p| place.transform_point3(p))
-            .collect(),
-        faces: mesh.faces.iter().map(face).collect(),
-    }
 }
 
 impl Data<'_> {

@@ -15,6 +15,7 @@ mod contents;
 mod document;
 mod hull_mesh;
 mod levels;
+mod nodes;
 mod order;
 mod packing;
 mod paint;

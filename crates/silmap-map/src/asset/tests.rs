@@ -297,6 +297,27 @@ fn what_another_program_left_out_is_told() {
     assert!(changed.contains("damaged, or Tool 1.2"), "{changed}");
 }
 
+/// The plain file may call a picture's type otherwise than an asset may: then the asset's own is put beside it.
+#[test]
+fn a_picture_by_another_name_is_not_shared() {
+    let file = write(&small_asset()).unwrap();
+    let plain = |mime_type: Option<&str>| {
+        rewrite::with_json(&file, |d| {
+            d["extensions"] = serde_json::json!({});
+            let images = d["images"].as_array_mut().unwrap();
+            images
+                .iter_mut()
+                .for_each(|i| i["mimeType"] = mime_type.map_or(i["mimeType"].clone(), Into::into));
+        })
+    };
+    let added = [None, Some("image/jpg")].map(|mime_type| {
+        let attached = attach(&plain(mime_type), &file, None).unwrap();
+        assert_eq!(read(&attached.file).unwrap(), read(&file).unwrap());
+        attached.added_bytes
+    });
+    assert!(added[0] < added[1], "{added:?}");
+}
+
 /// An asset of format 1, as earlier versions wrote them: read as it was, and every changed byte noticed.
 #[test]
 fn assets_of_version_1_are_read() {
