@@ -4,6 +4,7 @@
 pub mod dense_maps;
 pub mod device;
 pub mod outside;
+pub mod pass;
 pub mod scene;
 pub mod tolerance;
 

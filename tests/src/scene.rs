@@ -15,8 +15,8 @@ use silmap_preprocess::capture::{self, CaptureParams};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_runtime::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
+use silmap_study::{
+    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, PictureOptions, PictureRenderer,
 };
 
 /// Faces of the model.
@@ -125,7 +125,7 @@ pub fn hull() -> CoarseHull {
 
 fn textures(gpu: &Gpu, mesh: &TriangleMesh, hull: &CoarseHull) -> TextureSet {
     let bounds = mesh.bounds();
-    let mut renderer = Renderer::new(gpu, RendererOptions::default());
+    let mut renderer = PictureRenderer::new(gpu, PictureOptions::default());
     renderer.load_model(gpu, mesh).expect("the model fits");
     let distance = bounds.radius * VIEW_DISTANCE_REL;
     let views: Vec<TextureView> = capture::view_sphere(&bounds, distance, PAINT_VIEWS, CAPTURE_PX)

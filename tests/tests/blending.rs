@@ -7,7 +7,7 @@ use glam::DVec3;
 use silmap_geometry::{Bounds, Camera, ColourImage};
 use silmap_gpu::Gpu;
 use silmap_map::Asset;
-use silmap_runtime::{Antialias, FrameParams, Mode, Paint, Renderer, RendererOptions};
+use silmap_study::{Antialias, FrameParams, Mode, Paint, PictureOptions, PictureRenderer};
 use silmap_tests::{device, scene};
 
 /// Side of the pictures.
@@ -80,7 +80,7 @@ fn handover(asset: &Asset, bounds: &Bounds) -> f64 {
 
 /// The largest changes of a walk in large steps and of the same walk in small ones.
 fn changes(
-    renderer: &mut Renderer,
+    renderer: &mut PictureRenderer,
     gpu: &Gpu,
     (bounds, middle): (&Bounds, f64),
     paint: Paint,
@@ -107,7 +107,7 @@ fn the_picture_changes_in_proportion_to_the_step() {
     let Some(gpu) = device::open_or_skip() else {
         return;
     };
-    let mut renderer = Renderer::new(&gpu, RendererOptions::default());
+    let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
     let asset = coloured_views(&gpu);
     renderer.load_asset(&gpu, &asset).unwrap();
     let mesh_bounds = scene::model().bounds();

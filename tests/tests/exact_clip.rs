@@ -6,9 +6,9 @@ use glam::{DVec2, DVec3};
 use silmap_exact::{chain_loops, decompose_loops, image_loops, silhouette_edges};
 use silmap_geometry::{Camera, ColourImage, Loop, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_runtime::{
-    Antialias, Background, ClipShape, FanApex, FrameParams, Mode, RenderError, Renderer,
-    RendererOptions,
+use silmap_study::{
+    Antialias, Background, ClipShape, FanApex, FrameParams, Mode, PictureOptions, PictureRenderer,
+    RenderError,
 };
 use silmap_tests::{device, scene};
 
@@ -19,7 +19,7 @@ const MISCLASSIFIED: f64 = 0.0002;
 
 struct Stage {
     gpu: Gpu,
-    renderer: Renderer,
+    renderer: PictureRenderer,
     mesh: TriangleMesh,
 }
 
@@ -27,7 +27,7 @@ impl Stage {
     fn open() -> Option<Self> {
         let gpu = device::open_or_skip()?;
         let mesh = scene::model();
-        let mut renderer = Renderer::new(&gpu, RendererOptions::default());
+        let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
         renderer.load_asset(&gpu, &scene::asset(&gpu)).unwrap();
         renderer.load_model(&gpu, &mesh).unwrap();
         Some(Self {

@@ -15,8 +15,8 @@ use silmap_map::{Asset, Method};
 use silmap_preprocess::capture::cpu;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
 use silmap_preprocess::trace::trace_contours;
-use silmap_runtime::{
-    Antialias, Background, ClipShape, FrameParams, Mode, Renderer, RendererOptions,
+use silmap_study::{
+    Antialias, Background, ClipShape, FrameParams, Mode, PictureOptions, PictureRenderer,
 };
 use silmap_tests::dense_maps::dense;
 use silmap_tests::{device, scene, tolerance};
@@ -173,20 +173,20 @@ fn difference(a: &RgbaImage, b: &RgbaImage) -> RgbaImage {
 struct Stage {
     gpu: Gpu,
     asset: Asset,
-    renderer: Renderer,
+    renderer: PictureRenderer,
     camera: Camera,
     /// The model's own.
     outline: Vec<Loop>,
 }
 
 impl Stage {
-    fn open(options: RendererOptions) -> Option<Self> {
+    fn open(options: PictureOptions) -> Option<Self> {
         let gpu = device::open_or_skip()?;
         let mut asset = scene::asset(&gpu);
         let mesh = scene::model();
         // With depths, as the default method wants.
         (asset.map, _) = dense(&mesh, 96, 256, 0.5, CoverageRule::Center);
-        let mut renderer = Renderer::new(&gpu, options);
+        let mut renderer = PictureRenderer::new(&gpu, options);
         renderer.load_asset(&gpu, &asset).unwrap();
         renderer.load_model(&gpu, &mesh).unwrap();
         // The hull is larger than the model and shall be seen whole.
@@ -240,7 +240,7 @@ impl Stage {
 
 #[test]
 fn pictures_are_the_golden_ones() {
-    let Some(mut stage) = Stage::open(RendererOptions::default()) else {
+    let Some(mut stage) = Stage::open(PictureOptions::default()) else {
         return;
     };
     let adapter = stage.gpu.adapter_name();
@@ -269,7 +269,7 @@ fn outliers(name: &str, drawn: &ColourImage) -> u32 {
 
 #[test]
 fn a_quarter_of_a_pixel_is_noticed() {
-    let Some(mut stage) = Stage::open(RendererOptions::default()) else {
+    let Some(mut stage) = Stage::open(PictureOptions::default()) else {
         return;
     };
     for case in CASES {
@@ -296,7 +296,7 @@ fn a_quarter_of_a_pixel_is_noticed() {
 #[test]
 fn another_target_format_shows_the_same() {
     let format = wgpu::TextureFormat::Bgra8UnormSrgb;
-    let Some(mut stage) = Stage::open(RendererOptions {
+    let Some(mut stage) = Stage::open(PictureOptions {
         target_format: format,
     }) else {
         return;

@@ -14,8 +14,9 @@ use silmap_models as models;
 use silmap_preprocess::capture::gpu::GpuCapture;
 use silmap_preprocess::capture::{cpu, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
-use silmap_runtime::{
-    Antialias, Background, ClipShape, FrameParams, Mode, RenderError, Renderer, RendererOptions,
+use silmap_study::{
+    Antialias, Background, ClipShape, FrameParams, Mode, PictureOptions, PictureRenderer,
+    RenderError,
 };
 use silmap_tests::tolerance::{self, Tolerance};
 use silmap_tests::{device, scene};
@@ -32,14 +33,14 @@ const PATH_GRID_PX: f64 = 1.0 / 16.0;
 /// A renderer whose hull is a box that fills the image, and a camera before it: what is drawn is the clip region itself.
 struct Screen {
     gpu: Gpu,
-    renderer: Renderer,
+    renderer: PictureRenderer,
     camera: Camera,
 }
 
 impl Screen {
     fn open() -> Option<Self> {
         let gpu = device::open_or_skip()?;
-        let mut renderer = Renderer::new(&gpu, RendererOptions::default());
+        let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
         renderer.load_asset(&gpu, &box_asset()).unwrap();
         let eye = DVec3::new(0.0, 0.0, 10.0);
         let camera = Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (SIDE_PX, SIDE_PX)).unwrap();
@@ -431,7 +432,7 @@ fn a_whole_frame_is_the_hull_inside_the_interpolated_outline() {
         return;
     };
     let asset = scene::asset(&gpu);
-    let mut renderer = Renderer::new(&gpu, RendererOptions::default());
+    let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
     renderer.load_asset(&gpu, &asset).unwrap();
     let side_px = 256;
     let bounds = Bounds {

@@ -8,9 +8,9 @@ use silmap_geometry::polygon::{self, fill_even_odd};
 use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_models::{self as models, ModelKind};
-use silmap_runtime::{
-    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, RenderError, Renderer,
-    RendererOptions,
+use silmap_study::{
+    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, PictureOptions,
+    PictureRenderer, RenderError,
 };
 use silmap_tests::{device, scene};
 
@@ -31,13 +31,13 @@ const STYLES: [EdgeStyle; 5] = [
 
 struct Stage {
     gpu: Gpu,
-    renderer: Renderer,
+    renderer: PictureRenderer,
 }
 
 impl Stage {
     fn open(mesh: &TriangleMesh) -> Option<Self> {
         let gpu = device::open_or_skip()?;
-        let mut renderer = Renderer::new(&gpu, RendererOptions::default());
+        let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
         renderer.load_edge_model(&gpu, mesh).unwrap();
         Some(Self { gpu, renderer })
     }
@@ -262,7 +262,7 @@ fn an_item_buffer_frame_cannot_be_recorded_unprepared() {
             Antialias::None,
         )
     };
-    let format = RendererOptions::default().target_format;
+    let format = PictureOptions::default().target_format;
     let texture = device::target(&stage.gpu, format, SIDE_PX);
     let view = texture.create_view(&silmap_gpu::wgpu::TextureViewDescriptor::default());
     let mut encoder = (stage.gpu.device)

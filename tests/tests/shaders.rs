@@ -9,9 +9,7 @@ use std::path::Path;
 use naga::back::glsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use silmap_gpu::shaders::{self, Shader};
-use silmap_runtime::{
-    EdgeLinesUniform, HullPaintUniform, MaterialUniform, TintUniform, ViewUniform,
-};
+use silmap_study::{EdgeLinesUniform, HullPaintUniform, MaterialUniform, TintUniform, ViewUniform};
 
 fn parsed(shader: &Shader) -> (naga::Module, ModuleInfo) {
     let source = shader.source();

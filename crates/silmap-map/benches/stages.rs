@@ -18,8 +18,8 @@ use criterion::{BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criteri
 use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CoverageRule};
 use silmap_map::{
-    CapturedView, DeepLoops, FlatLoops, Interpolation, MapReader, Method, PairInterpolator,
-    Polytope, RectifiedPair, RegionIntersection, SilhouetteMap, TriangleInterpolator, ViewContour,
+    CapturedView, DeepLoops, Interpolation, MapReader, Method, PairInterpolator, Polytope,
+    RectifiedPair, RegionIntersection, SeenLoops, SilhouetteMap, TriangleInterpolator, ViewContour,
 };
 
 /// Vertices of every contour of a map.
@@ -288,7 +288,7 @@ fn intersecting(c: &mut Criterion) {
         let [one, two, three] = regions.expect("the views can be rectified") else {
             panic!("three orders give three regions");
         };
-        let (mut intersection, mut shared) = <(RegionIntersection, FlatLoops)>::default();
+        let (mut intersection, mut shared) = <(RegionIntersection, SeenLoops)>::default();
         growth.measure(n, || {
             intersection.intersect(black_box([one, two, three]), &mut shared);
             assert!(!shared.is_empty(), "there is an outline");

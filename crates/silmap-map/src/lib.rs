@@ -27,7 +27,7 @@ pub use asset::{
 pub use interpolation::{InterpolateError, Interpolation, Transfer};
 pub use levels::{DETAIL_BOUND_PX, Detail};
 pub use locate::Location;
-pub use loops::{DeepLoops, FlatLoops, Loops};
+pub use loops::{DeepLoops, FlatLoops, Loops, SeenLoops};
 pub use pair_cache::RectifiedPair;
 
 pub use polytope::{Polytope, PolytopeError};

@@ -1,6 +1,6 @@
 //! Closed loops in one flat buffer, so that a chain of steps reuses its storage.
 
-use glam::{DVec2, DVec4};
+use glam::{DVec2, DVec3, DVec4, Vec3Swizzles, Vec4Swizzles};
 use silmap_geometry::Loop;
 
 /// Closed loops of some kind of point, one after the other: loop i ends before `ends[i]`.
@@ -13,9 +13,37 @@ pub struct Loops<P> {
 /// Loops in a plane.
 pub type FlatLoops = Loops<DVec2>;
 
+/// Loops in an image, and where in space they are: the third coordinate is the inverse depth of the point that is seen there, zero
+/// where that is not known.
+pub type SeenLoops = Loops<DVec3>;
+
 /// Loops in an image. The third coordinate is the inverse depth of the point that is seen there; the fourth is how fast that point's
 /// depth changes per unit of the way along the pair of views it was interpolated between, zero where that is not known.
 pub type DeepLoops = Loops<DVec4>;
+
+/// A point with a place in a plane.
+pub(crate) trait InPlane: Copy {
+    /// Its place.
+    fn place(self) -> DVec2;
+}
+
+impl InPlane for DVec2 {
+    fn place(self) -> DVec2 {
+        self
+    }
+}
+
+impl InPlane for DVec3 {
+    fn place(self) -> DVec2 {
+        self.xy()
+    }
+}
+
+impl InPlane for DVec4 {
+    fn place(self) -> DVec2 {
+        self.xy()
+    }
+}
 
 impl<P> Default for Loops<P> {
     fn default() -> Self {
@@ -99,6 +127,15 @@ impl<P: Copy> Loops<P> {
             self.points.extend_from_slice(points);
             self.close();
         }
+    }
+}
+
+impl SeenLoops {
+    /// Copies the loops to `output`, without depths.
+    pub fn flatten_to(&self, output: &mut FlatLoops) {
+        output.clear();
+        output.points.extend(self.points.iter().map(|p| p.xy()));
+        output.ends.extend_from_slice(&self.ends);
     }
 }
 

@@ -4,9 +4,9 @@
 //! vertex is a point in space and is seen where it is; and where it is known how fast the touched point slides along its ray, the
 //! object is taken as round there, so that an eye off the polytope touches it at another point.
 
-use glam::{DMat3, DVec2, DVec3, DVec4};
+use glam::{DMat3, DVec3, DVec4};
 
-use crate::loops::{DeepLoops, FlatLoops};
+use crate::loops::{DeepLoops, SeenLoops};
 
 /// A map from loops with inverse depths to an image: homogeneous image coordinates are `matrix`·(x, y, 1) + inverse depth · `shift`.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,8 @@ pub(crate) struct Projection {
     pub shift: DVec3,
     /// From the polytope to the eye, where outlines are to follow a round object.
     pub round: Option<Round>,
+    /// Whether homogeneous image coordinates are as long as points are deep, so that depths are known in the image too.
+    pub keeps_depth: bool,
 }
 
 /// What is known about a move of the eye off the polytope.
@@ -105,8 +107,9 @@ impl Round {
 }
 
 /// Projects loops to image coordinates, cutting off what lies behind the camera.
-pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut FlatLoops) {
+pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut SeenLoops) {
     output.clear();
+    let depth_share = if to.keeps_depth { 1.0 } else { 0.0 };
     for points in loops.iter() {
         let n = points.len();
         let image = |k: usize| {
@@ -118,7 +121,7 @@ pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut Fla
                 }
                 None => p,
             };
-            to.project(p)
+            to.project(p).extend(p.z * depth_share)
         };
         let (least, most) = (0..n).fold((f64::INFINITY, 0.0_f64), |(low, high), k| {
             let z = to.project(points[k]).z;
@@ -132,10 +135,10 @@ pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut Fla
             let q = image(k);
             if !is_ahead && (q.z > near) != (previous.z > near) {
                 let cut = previous.lerp(q, (near - previous.z) / (q.z - previous.z));
-                output.push(DVec2::new(cut.x, cut.y) / near);
+                output.push(DVec3::new(cut.x, cut.y, cut.w) / near);
             }
             if q.z > near {
-                output.push(DVec2::new(q.x, q.y) / q.z);
+                output.push(DVec3::new(q.x, q.y, q.w) / q.z);
             }
             previous = q;
         }
@@ -151,6 +154,7 @@ const FAR_FROM_NEAR: f64 = 1e3;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
     use proptest::prelude::*;
 
     /// The left touching point of a disc, seen from `eye`, in the plane of baseline and depth.

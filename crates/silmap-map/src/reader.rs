@@ -8,7 +8,7 @@ use silmap_geometry::{Camera, CameraError, Loop};
 use crate::SilhouetteMap;
 use crate::interpolation::{InterpolateError, Interpolation, Transfer};
 use crate::locate::Location;
-use crate::loops::FlatLoops;
+use crate::loops::{FlatLoops, SeenLoops};
 use crate::off_polytope::sectors::{SectorRequest, Sectors, Views};
 use crate::polytope::{Polytope, PolytopeError};
 use crate::tidy::{CrumbScratch, PieceCounts, is_speck};
@@ -45,6 +45,7 @@ pub struct MapReader {
     pieces: Vec<PieceCounts>,
     crumbs: CrumbScratch,
     sectors: Sectors,
+    seen: SeenLoops,
     simple: FlatLoops,
 }
 
@@ -62,6 +63,7 @@ impl MapReader {
             pieces: map.views.iter().map(PieceCounts::of_view).collect(),
             crumbs: CrumbScratch::default(),
             sectors: Sectors::new(map),
+            seen: SeenLoops::default(),
             simple: FlatLoops::default(),
         })
     }
@@ -118,10 +120,11 @@ impl MapReader {
             }
         };
         if how.method.is_tidied() {
-            (self.crumbs).leave_out_crumbs(region, most, is_speck, &mut self.simple);
+            (self.crumbs).leave_out_crumbs(region, most, is_speck, &mut self.seen);
         } else {
-            (self.simple).assign(region.iter().filter(|l| !is_speck(l)));
+            (self.seen).assign(region.iter().filter(|l| !is_speck(l)));
         }
+        self.seen.flatten_to(&mut self.simple);
         Ok(location)
     }
 
@@ -129,6 +132,13 @@ impl MapReader {
     #[must_use]
     pub fn simple_loops(&self) -> &FlatLoops {
         &self.simple
+    }
+
+    /// The same outline with the inverse depths, in the camera, of the points that are seen there, zero where these are not known: a
+    /// curve in space, that another eye nearby sees where it is.
+    #[must_use]
+    pub fn seen_loops(&self) -> &SeenLoops {
+        &self.seen
     }
 }
 

@@ -2,12 +2,12 @@
 //!
 //! Source: beyond the paper. Between two views, where one part of the object begins to hide another, small pieces may come off.
 
-use glam::DVec2;
+use glam::{DVec3, Vec3Swizzles};
 use silmap_geometry::Loop;
 use silmap_geometry::polygon::signed_area;
 
 use crate::CapturedView;
-use crate::loops::FlatLoops;
+use crate::loops::{InPlane, SeenLoops};
 
 /// Crumbs are smaller than this share of the outline's area.
 const CRUMB_AREA_REL: f64 = 1e-3;
@@ -16,16 +16,30 @@ const CRUMB_AREA_REL: f64 = 1e-3;
 const SPECK_PX2: f64 = 0.05;
 
 /// Whether a loop, in pixels, is too small to be more than a trace of where sides cross.
-pub(crate) fn is_speck(points: &[DVec2]) -> bool {
+pub(crate) fn is_speck<P: InPlane>(points: &[P]) -> bool {
     double_area(points).abs() <= 2.0 * SPECK_PX2
 }
 
-fn double_area(points: &[DVec2]) -> f64 {
+fn double_area<P: InPlane>(points: &[P]) -> f64 {
     let Some(&last) = points.last() else {
         return 0.0;
     };
     let steps = std::iter::once(&last).chain(points).zip(points);
-    steps.map(|(a, b)| a.perp_dot(*b)).sum()
+    steps.map(|(a, b)| a.place().perp_dot(b.place())).sum()
+}
+
+/// As [`signed_area`].
+fn area_of(points: &[DVec3]) -> f64 {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return 0.0;
+    };
+    let origin = first.xy();
+    let closing = std::iter::once((last, first));
+    let steps = points.iter().zip(&points[1..]).chain(closing);
+    let twice: f64 = steps
+        .map(|(a, b)| (a.xy() - origin).perp_dot(b.xy() - origin))
+        .sum();
+    twice * 0.5
 }
 
 /// How many loops of each kind there are.
@@ -69,14 +83,14 @@ impl CrumbScratch {
     /// are crumbs, and for those that `is_nothing` says are nothing.
     pub(crate) fn leave_out_crumbs(
         &mut self,
-        outline: &FlatLoops,
+        outline: &SeenLoops,
         views: PieceCounts,
-        is_nothing: impl Fn(&[DVec2]) -> bool,
-        output: &mut FlatLoops,
+        is_nothing: impl Fn(&[DVec3]) -> bool,
+        output: &mut SeenLoops,
     ) {
         let areas = &mut self.areas;
         areas.clear();
-        areas.extend(outline.iter().map(signed_area));
+        areas.extend(outline.iter().map(area_of));
         let largest_crumb = CRUMB_AREA_REL * areas.iter().sum::<f64>();
         self.order.clear();
         self.order.extend(0..areas.len());
@@ -103,6 +117,8 @@ impl CrumbScratch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::loops::FlatLoops;
+    use glam::DVec2;
 
     fn square(x: f64, side: f64, is_outer: bool) -> Vec<DVec2> {
         let mut corners: Vec<DVec2> = [(x, 0.0), (x + side, 0.0), (x + side, side), (x, side)]
@@ -122,13 +138,18 @@ mod tests {
             square(300.0, 20.0, true),
             square(10.0, 1.0, false),
         ];
-        let mut outline = FlatLoops::default();
-        outline.assign(loops.iter().map(Vec::as_slice));
+        let mut outline = SeenLoops::default();
+        for points in &loops {
+            points.iter().for_each(|p| outline.push(p.extend(0.25)));
+            outline.close();
+        }
         let kept = |outer, holes| {
-            let mut output = FlatLoops::default();
+            let mut output = SeenLoops::default();
             let views = PieceCounts { outer, holes };
             CrumbScratch::default().leave_out_crumbs(&outline, views, |_| false, &mut output);
-            output.to_loops()
+            let mut flat = FlatLoops::default();
+            output.flatten_to(&mut flat);
+            flat.to_loops()
         };
         assert_eq!(
             kept(1, 0),

@@ -14,7 +14,7 @@ use crate::SilhouetteMap;
 use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
 use crate::interpolation::{InterpolateError, Interpolation, Transfer};
 use crate::locate::Location;
-use crate::loops::{DeepLoops, FlatLoops};
+use crate::loops::{DeepLoops, SeenLoops};
 use crate::pair_cache::{
     PairCache, RectifiedPair, RectifyParams, TURN_TANGENT, ViewedSilhouette, assign_contours,
     object_from_epipolar,
@@ -33,9 +33,9 @@ pub struct TriangleInterpolator {
     captured: DeepLoops,
     on_edges: [DeepLoops; 2],
     inner: DeepLoops,
-    regions: [FlatLoops; 3],
+    regions: [SeenLoops; 3],
     intersection: RegionIntersection,
-    shared: FlatLoops,
+    shared: SeenLoops,
 }
 
 /// As [`TURN_TANGENT`], between two outlines that were interpolated already and have more small turns: most of a pixel of a 512² capture.
@@ -81,7 +81,7 @@ impl TriangleInterpolator {
         location: &Location,
         camera: &Camera,
         how: Interpolation,
-    ) -> Result<&FlatLoops, InterpolateError> {
+    ) -> Result<&SeenLoops, InterpolateError> {
         let ids = map.triangles[location.triangle as usize];
         let regions = self.interpolate_regions(map, ids, location, camera, how);
         let count = regions.map(<[_]>::len);
@@ -109,7 +109,7 @@ impl TriangleInterpolator {
         location: &Location,
         camera: &Camera,
         how: Interpolation,
-    ) -> Result<&[FlatLoops], (usize, usize)> {
+    ) -> Result<&[SeenLoops], (usize, usize)> {
         let between = Between {
             map,
             ids,
@@ -256,6 +256,7 @@ fn projection(
             matrix: image_from_rays,
             shift: -(image_from_rays * offset),
             round: (offset.length() > ON_POLYTOPE * radius).then_some(round),
+            keeps_depth: true,
         };
     }
     let [a, b, c] = [0, 1, 2].map(|k| between.eye(k));
@@ -265,6 +266,7 @@ fn projection(
         matrix: image_from_rays * homography,
         shift: DVec3::ZERO,
         round: None,
+        keeps_depth: false,
     }
 }
 

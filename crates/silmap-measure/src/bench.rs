@@ -12,7 +12,7 @@ use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::asset::AssetSizes;
 use silmap_map::{Asset, Interpolation, MapReader, Method};
-use silmap_runtime::{Antialias, FrameParams, Mode};
+use silmap_study::{Antialias, FrameParams, Mode};
 
 use crate::MeasureError;
 use frames::{Region, params};

@@ -9,7 +9,7 @@ use silmap_gpu::GpuError;
 use silmap_hull::HullError;
 use silmap_map::{AssetError, InterpolateError, PolytopeError};
 use silmap_preprocess::pipeline::BuildError;
-use silmap_runtime::RenderError;
+use silmap_study::RenderError;
 use thiserror::Error;
 
 use crate::evaluate::EvaluateError;

@@ -2,7 +2,7 @@
 
 use silmap_exact::{DirectedEdge, FanReport, Outliner, chain_loops, decompose_loops, image_loops};
 use silmap_geometry::{Camera, Loop, TriangleMesh};
-use silmap_runtime::{ClipShape, FanApex};
+use silmap_study::{ClipShape, FanApex};
 
 use crate::MeasureError;
 

@@ -8,9 +8,9 @@ use silmap_geometry::{Bvh, Camera, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, Method};
 use silmap_preprocess::texture::Parametrisation;
-use silmap_runtime::{
-    Antialias, Background, ColourDifference, EdgeParams, FrameParams, Mode, Paint, Renderer,
-    RendererOptions,
+use silmap_study::{
+    Antialias, Background, ColourDifference, EdgeParams, FrameParams, Mode, Paint, PictureOptions,
+    PictureRenderer,
 };
 
 use crate::evaluate::{EvaluateParams, Place, viewpoints};
@@ -78,7 +78,7 @@ pub fn colour_errors(
             ..EvaluateParams::default()
         },
     )?;
-    let mut renderer = Renderer::new(gpu, RendererOptions::default());
+    let mut renderer = PictureRenderer::new(gpu, PictureOptions::default());
     renderer.load_asset(gpu, asset)?;
     renderer.load_model(gpu, model)?;
     let mut found: BTreeMap<&'static str, Vec<ColourDifference>> = BTreeMap::new();

@@ -17,6 +17,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<String, MeshFault> {
     Ok(text.strip_prefix('\u{FEFF}').unwrap_or(&text).to_owned())
 }
 
+/// A message of a library in one line: some are broken over several.
+pub(super) fn in_one_line(message: impl std::fmt::Display) -> String {
+    let text = message.to_string();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Lines with their numbers, from 1. Lines end in LF, CR LF, or, where the file has no LF, in CR.
 pub(super) fn numbered_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
@@ -57,4 +63,18 @@ pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
                 .map(|known| folder.join(known))
                 .filter(is_there)
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_broken_message_becomes_one_line() {
+        let message = "declared 9 corrections, more than the \n            7 bytes left";
+        assert_eq!(
+            in_one_line(message),
+            "declared 9 corrections, more than the 7 bytes left"
+        );
+    }
 }

@@ -1,28 +1,34 @@
-//! From an asset to a picture: the coarse hull, its paint, and the interpolated outline that clips it.
+//! Middleware for wgpu: many instances of assets, hulls clipped by their outlines, in a render pass of the caller's.
 //!
-//! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
-//! 1999, section 8. Lines of the full mesh: Raskar, Cohen. Image Precision Silhouette Edges. I3D 1999.
+//! [`Renderer::new`] takes the formats of the pass, [`Renderer::load`] an asset, [`Renderer::prepare`] the camera and the instances of a
+//! frame, and [`Renderer::draw`] the pass. It opens no device, no pass and no encoder, and submits nothing.
+//!
+//! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University, 1999, section 8.
 
-mod blend;
-mod clip;
-mod colour_difference;
-mod frame;
-mod hull_paint;
-mod image_precision;
-mod layouts;
-mod model;
-mod passes;
-mod picture;
+mod asset;
+mod bands;
+mod batches;
+mod blocks;
+mod cells;
+mod curve;
+mod instance;
+mod interpolate;
+mod options;
+mod outline_cache;
 mod pipelines;
+mod plan;
 mod renderer;
-mod targets;
+pub mod shaders;
+mod textures;
+mod view;
 
-pub use colour_difference::ColourDifference;
-pub use frame::{
-    Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FanApex, FrameParams, Mode, Paint,
-    RenderError, RendererOptions,
+pub use asset::LoadedAsset;
+pub use instance::{Instance, Outline, Paint, SpaceLoops, Transform, TransformError};
+pub use options::{
+    Antialias, ClipBy, DepthDirection, DepthTarget, LoadError, OptionsError, PrepareError,
+    RendererOptions, TargetFormats,
 };
-pub use hull_paint::HullPaintUniform;
-pub use image_precision::EdgeLinesUniform;
-pub use layouts::{MaterialUniform, TintUniform, ViewUniform};
+pub use plan::FrameStats;
 pub use renderer::Renderer;
+pub use silmap_gpu::wgpu;
+pub use view::View;

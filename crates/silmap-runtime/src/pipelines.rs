@@ -1,392 +1,378 @@
-//! All render pipelines, created on first use.
-//!
-//! The stencil's eight bits: the low seven count or toggle loops, until the fill rule has been read and they are cleared;
-//! from then on [`INSIDE`] marks the pixels inside the region and [`TOUCHED`] those outside that the outline's ramp still
-//! reaches.
+//! All pipelines of a renderer, made with it: none is compiled in the middle of a frame.
 //!
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.1.
-//! Deviation: the paper fills by parity only, which punches a hole where a loop overlaps itself; non-zero winding does
-//! not. Parity is used where three outlines are intersected, a bit each.
+//! Deviation: the paper fills by parity, which punches a hole where a loop overlaps itself; here windings are counted.
 
-use std::collections::HashMap;
-
-use silmap_gpu::shaders::{self, Shader};
+use silmap_gpu::shaders::Shader;
 use silmap_gpu::wgpu;
 
-use crate::EdgeStyle;
-use crate::layouts::Layouts;
-use crate::targets::{COVERAGE, DEPTH_STENCIL};
+use crate::shaders;
+use crate::{Antialias, ClipBy, DepthDirection, RendererOptions};
 
-/// Stencil bits that count windings.
-const WINDING: u32 = 0x7f;
-/// Stencil bit of a pixel inside the region.
-const INSIDE: u32 = 0x80;
-/// Stencil bit of a pixel outside that the ramp of coverage reaches.
-const TOUCHED: u32 = 0x40;
-/// Every bit.
-const ALL_BITS: u32 = 0xff;
-/// What a draw does with the silhouette stencil.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum StencilRole {
-    /// Leaves it alone.
-    Ignore,
-    /// Counts the windings of loop fans under each pixel.
-    Fill,
-    /// Draws where there are windings, and marks those pixels.
-    Cover,
-    /// Keeps what has windings, read directly.
-    ClipFilled,
-    /// Keeps what is marked inside.
-    InsideOnly,
-    /// Keeps what is marked outside, and marks it as touched.
-    TouchOutside,
-    /// Keeps what is marked inside or touched.
-    ClipMarked,
-}
+/// Bytes of a hull's corner: see `Corner` of `shaders/paint.wgsl`.
+pub(crate) const CORNER_STRIDE: u64 = 64;
+const CORNER: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
+    0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x2, 4 => Uint32x2, 5 => Float32x3
+];
 
-impl StencilRole {
-    /// Comparison, read mask, write mask and reference; the operation where the comparison holds follows from the role.
-    fn state(self) -> (wgpu::StencilState, u32) {
-        use wgpu::CompareFunction::{Always, Equal, NotEqual};
-        use wgpu::StencilOperation::{DecrementWrap, IncrementWrap, Keep, Replace};
-        let both = |compare, pass_op, read_mask, write_mask| {
-            let face = wgpu::StencilFaceState {
-                compare,
-                fail_op: Keep,
-                depth_fail_op: Keep,
-                pass_op,
-            };
-            wgpu::StencilState {
-                front: face,
-                back: face,
-                read_mask,
-                write_mask,
-            }
-        };
-        match self {
-            Self::Ignore => (wgpu::StencilState::default(), 0),
-            Self::Fill => {
-                let mut state = both(Always, IncrementWrap, WINDING, WINDING);
-                state.back.pass_op = DecrementWrap;
-                (state, 0)
-            }
-            Self::Cover => (both(NotEqual, Replace, WINDING, ALL_BITS), INSIDE),
-            Self::ClipFilled => (both(NotEqual, Keep, WINDING, 0), 0),
-            Self::InsideOnly => (both(Equal, Keep, INSIDE, 0), INSIDE),
-            Self::TouchOutside => (both(NotEqual, Replace, INSIDE, TOUCHED), INSIDE | TOUCHED),
-            Self::ClipMarked => (both(NotEqual, Keep, INSIDE | TOUCHED, 0), 0),
-        }
-    }
+/// Bytes of an instance: see `shaders/instance.wgsl`.
+pub(crate) const RECORD_STRIDE: u64 = 96;
+const RECORD: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
+    6 => Float32x4, 7 => Float32x4, 8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4
+];
 
-    /// The reference value that goes with the state.
-    pub(crate) fn reference(self) -> u32 {
-        self.state().1
-    }
-}
-
-/// How a pipeline draws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Draw {
-    /// The full mesh, lit.
-    Model,
-    /// The full mesh's mask.
-    ModelMask,
-    /// Loop fans into the stencil.
-    Fans,
-    /// Coverage one where the stencil says so.
-    Cover,
-    /// Coverage just inside the outline.
-    EdgeInside,
-    /// Coverage just outside the outline.
-    EdgeOutside,
-    /// The outline as lines.
-    EdgeLine,
-    /// The hull, opaque.
-    Hull,
-    /// The hull's depth.
-    HullDepth,
-    /// The hull by coverage, over its own depth.
-    HullCovered,
-    /// A colour by coverage.
-    Tint,
-    /// Where two masks differ.
-    Difference,
-    /// Edges at image precision: the nearest layer of faces.
-    SoupNear,
-    /// The numbers of the nearest faces.
-    SoupItems,
-    /// The layer behind.
-    SoupEdges(EdgeStyle),
-}
-
-/// Coverage in the middle of a drawn line: half its width of 2.2 pixels, plus half the ramp.
-const LINE_AT_EDGE: f64 = 1.6;
-
-/// Depths count as equal when they differ by less than the face behind changes in depth over this many pixels: on a round
-/// rim, where both layers are as steep, that is a line one pixel wide.
-const EQUAL_WITHIN_PX: f32 = 4.0;
-
-/// A pipeline's name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct PipelineKey {
-    pub(crate) draw: Draw,
-    pub(crate) stencil: StencilRole,
-    pub(crate) format: wgpu::TextureFormat,
-    pub(crate) samples: u32,
-}
-
-/// The pipelines made so far.
+/// Bind group layouts: 0 the outlines, 1 an asset.
 #[derive(Debug)]
-pub(crate) struct Pipelines {
-    made: HashMap<PipelineKey, wgpu::RenderPipeline>,
+pub(crate) struct Layouts {
+    outlines: wgpu::BindGroupLayout,
+    asset: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
 }
 
-/// Vertices of the full mesh: position, normal, colour, texture coordinates.
-pub(crate) const MODEL_STRIDE: u64 = 36;
-const MODEL_ATTRIBUTES: [wgpu::VertexAttribute; 4] = wgpu::vertex_attr_array![
-    0 => Float32x3, 1 => Snorm16x4, 2 => Unorm16x4, 3 => Float32x2
-];
-const MODEL_POSITION: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
-/// Corners of the hull: position, normal, surface point, atlas coordinates.
-pub(crate) const HULL_STRIDE: u64 = 44;
-const HULL_ATTRIBUTES: [wgpu::VertexAttribute; 4] = wgpu::vertex_attr_array![
-    0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x2
-];
-/// What each face shows: three texture views and a stand-in, and their weights.
-pub(crate) const FACE_PAINT_STRIDE: u64 = 12;
-const FACE_PAINT_ATTRIBUTES: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![
-    4 => Uint8x4, 5 => Unorm16x4
-];
-/// Faces one by one: three positions, three normals.
-pub(crate) const SOUP_STRIDE: u64 = 60;
-const SOUP_ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
-    0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Snorm16x4, 4 => Snorm16x4, 5 => Snorm16x4
-];
-const TAG_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![6 => Uint32];
-const POINT_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x2];
-const SEGMENT_ATTRIBUTE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x4];
-
-impl Draw {
-    fn shader(self) -> Shader {
-        match self {
-            Self::Model => shaders::SHADE_MODEL,
-            Self::ModelMask => shaders::CAPTURE_MASK,
-            Self::Fans => shaders::STENCIL_FILL,
-            Self::Cover => shaders::STENCIL_COVER,
-            Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => shaders::EDGE_COVERAGE,
-            Self::Hull => shaders::SHADE_HULL,
-            Self::HullDepth => shaders::HULL_DEPTH,
-            Self::HullCovered => shaders::SHADE_HULL_COVERED,
-            Self::Tint => shaders::TINT,
-            Self::Difference => shaders::DIFFERENCE,
-            Self::SoupNear => shaders::SOUP_NEAR,
-            Self::SoupItems => shaders::SOUP_ITEMS,
-            Self::SoupEdges(EdgeStyle::Equal | EdgeStyle::Translate) => shaders::EDGES_TRANSLATE,
-            Self::SoupEdges(EdgeStyle::Wireframe) => shaders::EDGES_WIREFRAME,
-            Self::SoupEdges(EdgeStyle::Fatten | EdgeStyle::Charcoal) => shaders::EDGES_FATTEN,
-        }
-    }
-
-    fn groups(self, layouts: &Layouts) -> [Option<&wgpu::BindGroupLayout>; 3] {
-        match self {
-            Self::Model => [Some(&layouts.view), None, Some(&layouts.material)],
-            Self::Hull | Self::HullDepth => [Some(&layouts.view), None, Some(&layouts.hull)],
-            Self::HullCovered => [
-                Some(&layouts.view),
-                Some(&layouts.coverage),
-                Some(&layouts.hull),
-            ],
-            Self::Tint => [None, Some(&layouts.tint), None],
-            Self::Difference => [None, Some(&layouts.two_masks), None],
-            Self::Cover => [None, None, None],
-            Self::SoupNear | Self::SoupItems | Self::SoupEdges(_) => {
-                [Some(&layouts.view), Some(&layouts.edge_lines), None]
-            }
-            Self::ModelMask
-            | Self::Fans
-            | Self::EdgeInside
-            | Self::EdgeOutside
-            | Self::EdgeLine => [Some(&layouts.view), None, None],
-        }
-    }
-
-    fn vertex_buffers(self) -> Vec<Option<wgpu::VertexBufferLayout<'static>>> {
-        use wgpu::VertexStepMode::{Instance, Vertex};
-        let buffer = |array_stride, step_mode, attributes| {
-            Some(wgpu::VertexBufferLayout {
-                array_stride,
-                step_mode,
-                attributes,
+impl Layouts {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
+        let layout = |label, kinds: &[wgpu::BindingType]| {
+            let entries: Vec<_> = (0..)
+                .zip(kinds)
+                .map(|(binding, &ty)| wgpu::BindGroupLayoutEntry {
+                    binding,
+                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    ty,
+                    count: None,
+                })
+                .collect();
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(label),
+                entries: &entries,
             })
         };
-        match self {
-            Self::Model => vec![buffer(MODEL_STRIDE, Vertex, &MODEL_ATTRIBUTES[..])],
-            Self::ModelMask => vec![buffer(MODEL_STRIDE, Vertex, &MODEL_POSITION[..])],
-            Self::Hull | Self::HullDepth | Self::HullCovered => vec![
-                buffer(HULL_STRIDE, Vertex, &HULL_ATTRIBUTES[..]),
-                buffer(FACE_PAINT_STRIDE, Vertex, &FACE_PAINT_ATTRIBUTES[..]),
-            ],
-            Self::Fans => vec![buffer(8, Vertex, &POINT_ATTRIBUTE[..])],
-            Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => {
-                vec![buffer(16, Instance, &SEGMENT_ATTRIBUTE[..])]
-            }
-            Self::Cover | Self::Tint | Self::Difference => Vec::new(),
-            Self::SoupNear | Self::SoupItems | Self::SoupEdges(_) => vec![
-                buffer(SOUP_STRIDE, Instance, &SOUP_ATTRIBUTES[..]),
-                buffer(4, Instance, &TAG_ATTRIBUTE[..]),
-            ],
-        }
-    }
-
-    /// Whether depth is written, and how it is compared.
-    fn depth(self) -> (bool, wgpu::CompareFunction) {
-        match self {
-            Self::Model | Self::Hull | Self::HullDepth => (true, wgpu::CompareFunction::Less),
-            Self::HullCovered => (false, wgpu::CompareFunction::Equal),
-            Self::SoupNear | Self::SoupItems => (true, wgpu::CompareFunction::Less),
-            Self::SoupEdges(_) => (true, wgpu::CompareFunction::LessEqual),
-            _ => (false, wgpu::CompareFunction::Always),
-        }
-    }
-
-    /// How much nearer it counts as.
-    fn depth_bias(self) -> wgpu::DepthBiasState {
-        let slope_scale = match self {
-            Self::SoupEdges(EdgeStyle::Equal) => -EQUAL_WITHIN_PX,
-            _ => 0.0,
+        let texture = |sample_type, view_dimension| wgpu::BindingType::Texture {
+            sample_type,
+            view_dimension,
+            multisampled: false,
         };
-        wgpu::DepthBiasState {
-            slope_scale,
-            ..wgpu::DepthBiasState::default()
-        }
-    }
-
-    fn blend(self) -> Option<wgpu::BlendState> {
-        let extreme = |operation| {
-            let component = wgpu::BlendComponent {
-                src_factor: wgpu::BlendFactor::One,
-                dst_factor: wgpu::BlendFactor::One,
-                operation,
-            };
-            Some(wgpu::BlendState {
-                color: component,
-                alpha: component,
-            })
+        let colour = wgpu::TextureSampleType::Float { filterable: true };
+        let uniform = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: false,
+            min_binding_size: None,
         };
-        match self {
-            Self::EdgeInside => extreme(wgpu::BlendOperation::Min),
-            Self::EdgeOutside | Self::EdgeLine => extreme(wgpu::BlendOperation::Max),
-            Self::HullCovered | Self::Tint => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-            _ => None,
-        }
-    }
-
-    fn constants(self) -> &'static [(&'static str, f64)] {
-        match self {
-            Self::EdgeInside => &[("at_edge", 0.5), ("slope", 1.0)],
-            Self::EdgeOutside => &[("at_edge", 0.5), ("slope", -1.0)],
-            Self::EdgeLine => &[("at_edge", LINE_AT_EDGE), ("slope", -1.0)],
-            _ => &[],
-        }
-    }
-
-    fn culls_back_faces(self) -> bool {
-        matches!(self, Self::Hull | Self::HullDepth | Self::HullCovered)
-    }
-
-    fn writes_colour(self) -> bool {
-        !matches!(self, Self::Fans | Self::HullDepth)
-    }
-}
-
-impl PipelineKey {
-    /// A draw into the coverage image.
-    pub(crate) fn coverage(draw: Draw, stencil: StencilRole) -> Self {
         Self {
-            draw,
-            stencil,
-            format: COVERAGE,
-            samples: 1,
+            outlines: layout(
+                "outlines",
+                &[texture(
+                    wgpu::TextureSampleType::Uint,
+                    wgpu::TextureViewDimension::D2,
+                )],
+            ),
+            asset: layout(
+                "asset",
+                &[
+                    uniform,
+                    texture(colour, wgpu::TextureViewDimension::D2Array),
+                    texture(colour, wgpu::TextureViewDimension::D2),
+                    wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                ],
+            ),
+            sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("paint"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
         }
     }
 
-    fn make(self, device: &wgpu::Device, layouts: &Layouts) -> wgpu::RenderPipeline {
-        let shader = self.draw.shader();
-        let module = shader.module(device);
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(shader.name),
-            bind_group_layouts: &self.draw.groups(layouts),
-            immediate_size: 0,
-        });
-        let compilation_options = wgpu::PipelineCompilationOptions {
-            constants: self.draw.constants(),
-            ..Default::default()
-        };
-        let (depth_write, depth_compare) = self.draw.depth();
-        let write_mask = if self.draw.writes_colour() {
-            wgpu::ColorWrites::ALL
-        } else {
-            wgpu::ColorWrites::empty()
-        };
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(shader.name),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vs_main"),
-                compilation_options: compilation_options.clone(),
-                buffers: &self.draw.vertex_buffers(),
-            },
-            primitive: wgpu::PrimitiveState {
-                cull_mode: self.draw.culls_back_faces().then_some(wgpu::Face::Back),
-                ..Default::default()
-            },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_STENCIL,
-                depth_write_enabled: Some(depth_write),
-                depth_compare: Some(depth_compare),
-                stencil: self.stencil.state().0,
-                bias: self.draw.depth_bias(),
-            }),
-            multisample: wgpu::MultisampleState {
-                count: self.samples,
-                ..Default::default()
-            },
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("fs_main"),
-                compilation_options,
-                targets: &[Some(wgpu::ColorTargetState {
-                    format: self.format,
-                    blend: self.draw.blend(),
-                    write_mask,
-                })],
-            }),
-            multiview_mask: None,
-            cache: None,
+    pub(crate) fn bind_outlines(
+        &self,
+        device: &wgpu::Device,
+        texels: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("outlines"),
+            layout: &self.outlines,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(texels),
+            }],
+        })
+    }
+
+    pub(crate) fn bind_asset(
+        &self,
+        device: &wgpu::Device,
+        uniform: &wgpu::Buffer,
+        views: &wgpu::TextureView,
+        atlas: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        let resources = [
+            uniform.as_entire_binding(),
+            wgpu::BindingResource::TextureView(views),
+            wgpu::BindingResource::TextureView(atlas),
+            wgpu::BindingResource::Sampler(&self.sampler),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("asset"),
+            layout: &self.asset,
+            entries: &entries,
         })
     }
 }
 
-impl Pipelines {
-    pub(crate) fn new() -> Self {
-        Self {
-            made: HashMap::new(),
+/// What a draw does with the stencil.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stencil {
+    Ignore,
+    /// Counts windings.
+    Count,
+    /// Keeps what has windings.
+    Inside,
+    /// Sets it to zero.
+    Clear,
+}
+
+impl Stencil {
+    fn state(self) -> wgpu::StencilState {
+        use wgpu::CompareFunction::{Always, NotEqual};
+        use wgpu::StencilOperation::{DecrementWrap, IncrementWrap, Keep, Zero};
+        const ALL_BITS: u32 = 0xff;
+        let face = |compare, pass_op, depth_fail_op| wgpu::StencilFaceState {
+            compare,
+            fail_op: Keep,
+            depth_fail_op,
+            pass_op,
+        };
+        let (front, back, write_mask) = match self {
+            Self::Ignore => return wgpu::StencilState::default(),
+            Self::Count => (
+                face(Always, IncrementWrap, IncrementWrap),
+                face(Always, DecrementWrap, DecrementWrap),
+                ALL_BITS,
+            ),
+            Self::Inside => (face(NotEqual, Keep, Keep), face(NotEqual, Keep, Keep), 0),
+            Self::Clear => (face(Always, Zero, Zero), face(Always, Zero, Zero), ALL_BITS),
+        };
+        wgpu::StencilState {
+            front,
+            back,
+            read_mask: ALL_BITS,
+            write_mask,
         }
     }
+}
 
-    /// Starts drawing by `key`.
-    pub(crate) fn set(
-        &mut self,
-        (device, layouts): (&wgpu::Device, &Layouts),
-        pass: &mut wgpu::RenderPass<'_>,
-        key: PipelineKey,
-    ) {
-        let pipeline = self
-            .made
-            .entry(key)
-            .or_insert_with(|| key.make(device, layouts));
-        pass.set_pipeline(pipeline);
-        pass.set_stencil_reference(key.stencil.reference());
+/// How one kind of draw is made.
+#[derive(Clone, Copy, Debug)]
+struct Kind {
+    shader: Shader,
+    has_corners: bool,
+    stencil: Stencil,
+    /// Whether depth is written, and compared.
+    writes_depth: bool,
+    depth: Option<DepthTest>,
+    blend: Option<wgpu::BlendState>,
+    writes_colour: bool,
+    to_samples: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum DepthTest {
+    Nearer,
+    Equal,
+}
+
+/// All pipelines.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    /// For outlines in the stencil.
+    pub(crate) fans: Option<(wgpu::RenderPipeline, wgpu::RenderPipeline)>,
+    pub(crate) hulls: wgpu::RenderPipeline,
+    /// Pixels covered in part, where those are drawn apart.
+    pub(crate) borders: Option<wgpu::RenderPipeline>,
+    pub(crate) whole: wgpu::RenderPipeline,
+}
+
+impl Pipelines {
+    pub(crate) fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
+        let make = |kind: &Kind| make(device, layouts, options, kind);
+        let has_colour = options.formats.colour.is_some();
+        let has_depth = options.formats.depth.is_some();
+        let hull = Kind {
+            shader: if has_colour {
+                shaders::HULL
+            } else {
+                shaders::HULL_DEPTH
+            },
+            has_corners: true,
+            stencil: Stencil::Ignore,
+            writes_depth: true,
+            depth: Some(DepthTest::Nearer),
+            blend: None,
+            writes_colour: has_colour,
+            to_samples: false,
+        };
+        let is_soft = options.antialias == Antialias::Soft;
+        let blended = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+        let by_coverage = match (has_colour, is_soft) {
+            (false, _) => Kind {
+                shader: shaders::HULL_INSIDE_DEPTH,
+                ..hull
+            },
+            (true, true) => Kind {
+                shader: if has_depth {
+                    shaders::HULL_SOFT
+                } else {
+                    shaders::HULL_BLENDED
+                },
+                blend: blended,
+                ..hull
+            },
+            (true, false) if options.formats.samples > 1 => Kind {
+                shader: shaders::HULL_SAMPLES,
+                to_samples: true,
+                blend: Some(OPAQUE_SAMPLES),
+                ..hull
+            },
+            (true, false) => Kind {
+                shader: shaders::HULL_INSIDE,
+                ..hull
+            },
+        };
+        let fans = Kind {
+            shader: shaders::FANS,
+            has_corners: false,
+            stencil: Stencil::Count,
+            writes_depth: false,
+            depth: None,
+            blend: None,
+            writes_colour: false,
+            to_samples: false,
+        };
+        let is_stencil = options.clip == ClipBy::Stencil;
+        let clipped = if is_stencil {
+            Kind {
+                stencil: Stencil::Inside,
+                ..hull
+            }
+        } else {
+            by_coverage
+        };
+        let clear = Kind {
+            stencil: Stencil::Clear,
+            ..fans
+        };
+        let border = Kind {
+            shader: shaders::HULL_SOFT_BORDER,
+            blend: blended,
+            writes_depth: false,
+            depth: Some(DepthTest::Equal),
+            ..hull
+        };
+        Self {
+            fans: is_stencil.then(|| (make(&fans), make(&clear))),
+            hulls: make(&clipped),
+            borders: (is_soft && has_depth).then(|| make(&border)),
+            whole: make(&hull),
+        }
     }
+}
+
+/// The colour of a covered sample replaces what is there; alpha says how much of a pixel is covered, and adds up to one.
+const OPAQUE_SAMPLES: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent::REPLACE,
+    alpha: wgpu::BlendComponent::OVER,
+};
+
+fn make(
+    device: &wgpu::Device,
+    layouts: &Layouts,
+    options: &RendererOptions,
+    kind: &Kind,
+) -> wgpu::RenderPipeline {
+    let module = kind.shader.module(device);
+    let label = Some(kind.shader.name);
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &[
+            Some(&layouts.outlines),
+            kind.has_corners.then_some(&layouts.asset),
+        ],
+        immediate_size: 0,
+    });
+    let corners = wgpu::VertexBufferLayout {
+        array_stride: CORNER_STRIDE,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &CORNER,
+    };
+    let records = wgpu::VertexBufferLayout {
+        array_stride: RECORD_STRIDE,
+        step_mode: wgpu::VertexStepMode::Instance,
+        attributes: &RECORD,
+    };
+    let buffers: &[Option<wgpu::VertexBufferLayout<'_>>] = if kind.has_corners {
+        &[Some(corners), Some(records)]
+    } else {
+        &[Some(records)]
+    };
+    let write_mask = if kind.writes_colour {
+        wgpu::ColorWrites::ALL
+    } else {
+        wgpu::ColorWrites::empty()
+    };
+    let targets = options.formats.colour.map(|format| {
+        Some(wgpu::ColorTargetState {
+            format,
+            blend: kind.blend,
+            write_mask,
+        })
+    });
+    let fragment = Some(wgpu::FragmentState {
+        module: &module,
+        entry_point: Some("fs_main"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        targets: targets.as_slice(),
+    });
+    let depth_stencil = options.formats.depth.map(|depth| {
+        use wgpu::CompareFunction::{Always, Equal, Greater, Less};
+        let compare = match (kind.depth, depth.direction) {
+            (None, _) => Always,
+            (Some(DepthTest::Equal), _) => Equal,
+            (Some(DepthTest::Nearer), DepthDirection::Forward) => Less,
+            (Some(DepthTest::Nearer), DepthDirection::Reversed) => Greater,
+        };
+        wgpu::DepthStencilState {
+            format: depth.format,
+            depth_write_enabled: Some(kind.writes_depth),
+            depth_compare: Some(compare),
+            stencil: kind.stencil.state(),
+            bias: wgpu::DepthBiasState::default(),
+        }
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vs_main"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers,
+        },
+        primitive: wgpu::PrimitiveState {
+            cull_mode: kind.has_corners.then_some(wgpu::Face::Back),
+            ..Default::default()
+        },
+        depth_stencil,
+        multisample: wgpu::MultisampleState {
+            count: options.formats.samples,
+            alpha_to_coverage_enabled: kind.to_samples,
+            ..Default::default()
+        },
+        fragment,
+        multiview_mask: None,
+        cache: None,
+    })
 }

@@ -28,7 +28,7 @@ use silmap_measure::evaluate::EvaluateError;
 use silmap_mesh_io::{MeshFault, MeshIoError};
 use silmap_preprocess::capture::CaptureError;
 use silmap_preprocess::pipeline::BuildError;
-use silmap_runtime::RenderError;
+use silmap_study::RenderError;
 use thiserror::Error;
 
 use crate::{interrupt, output};

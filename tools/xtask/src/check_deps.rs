@@ -35,6 +35,15 @@ const ARROWS: &[(&str, &[&str])] = &[
         "silmap-runtime",
         &["silmap-geometry", "silmap-map", "silmap-gpu"],
     ),
+    (
+        "silmap-study",
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-gpu",
+            "silmap-runtime",
+        ],
+    ),
     ("silmap-exact", &["silmap-geometry"]),
     (
         "silmap-measure",
@@ -45,6 +54,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-hull",
             "silmap-preprocess",
             "silmap-runtime",
+            "silmap-study",
             "silmap-exact",
         ],
     ),
@@ -63,6 +73,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-models",
             "silmap-preprocess",
             "silmap-runtime",
+            "silmap-study",
             "silmap-exact",
             "silmap-measure",
             "silmap-report",
@@ -79,6 +90,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-models",
             "silmap-preprocess",
             "silmap-runtime",
+            "silmap-study",
             "silmap-exact",
             "silmap-measure",
             "silmap-report",
@@ -111,6 +123,7 @@ const PORTABLE: &[&str] = &[
     "silmap-map",
     "silmap-gpu",
     "silmap-runtime",
+    "silmap-study",
 ];
 
 /// The target of the web build.

@@ -7,9 +7,9 @@
 //!
 //! Source: beyond the paper.
 
-use glam::{DVec2, DVec4};
+use glam::{DVec2, DVec3, DVec4, Vec3Swizzles};
 
-use crate::loops::{DeepLoops, FlatLoops};
+use crate::loops::{DeepLoops, SeenLoops};
 
 /// Buffers for cutting and joining.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub(crate) struct SectorMerge {
     /// Directions, in the order of their angles; sector k lies between half-lines k and k + 1.
     half_lines: Vec<DVec2>,
     /// Outlines within their sectors: points of one stretch after the other, and where each ends.
-    points: Vec<DVec2>,
+    points: Vec<DVec3>,
     ends: Vec<u32>,
     /// Of each stretch, whether it is a loop that no half-line cuts; later also whether it was joined to others.
     is_done: Vec<bool>,
@@ -48,7 +48,7 @@ struct Joint {
 /// A point, and how far it is inside of a sector's two half-lines.
 #[derive(Clone, Copy, Debug)]
 struct Sided {
-    point: DVec2,
+    point: DVec3,
     sides: [f64; 2],
 }
 
@@ -83,18 +83,18 @@ impl SectorMerge {
     }
 
     /// Keeps of the loops of an outline what lies in sector `k`.
-    pub(crate) fn add(&mut self, k: usize, outline: &FlatLoops) {
+    pub(crate) fn add(&mut self, k: usize, outline: &SeenLoops) {
         let half_lines = [k, (k + 1) % self.half_lines.len()];
         for points in outline.iter() {
             self.add_loop(half_lines, points);
         }
     }
 
-    fn add_loop(&mut self, half_lines: [usize; 2], points: &[DVec2]) {
+    fn add_loop(&mut self, half_lines: [usize; 2], points: &[DVec3]) {
         let [from, to] = half_lines.map(|k| self.half_lines[k]);
         let apex = self.apex;
-        let sided = |point: DVec2| {
-            let arm = point - apex;
+        let sided = |point: DVec3| {
+            let arm = point.xy() - apex;
             let sides = [from.perp_dot(arm), arm.perp_dot(to)];
             Sided { point, sides }
         };
@@ -146,8 +146,8 @@ impl SectorMerge {
         }
     }
 
-    fn push_cut(&mut self, half_line: usize, point: DVec2, end: End) {
-        let distance = (point - self.apex).dot(self.half_lines[half_line]);
+    fn push_cut(&mut self, half_line: usize, point: DVec3, end: End) {
+        let distance = (point.xy() - self.apex).dot(self.half_lines[half_line]);
         self.points.push(point);
         self.cuts.push(Cut {
             half_line,
@@ -161,33 +161,33 @@ impl SectorMerge {
         self.is_done.push(is_whole);
     }
 
-    fn stretch(&self, k: usize) -> &[DVec2] {
+    fn stretch(&self, k: usize) -> &[DVec3] {
         let start = if k == 0 { 0 } else { self.ends[k - 1] };
         &self.points[start as usize..self.ends[k] as usize]
     }
 
-    /// The joined outline, without depths.
+    /// The joined outline; the apex has no depth.
     pub(crate) fn finish(&mut self, output: &mut DeepLoops) {
         output.clear();
         self.join_cuts();
         for k in (0..self.ends.len()).filter(|&k| self.is_done[k]) {
-            let flat = self.stretch(k).iter().map(|&p| without_depth(p));
-            output.open_loop().extend(flat);
+            let whole = self.stretch(k).iter().map(|p| p.extend(0.0));
+            output.open_loop().extend(whole);
             output.close();
         }
         for first in 0..self.ends.len() {
             let mut at = 2 * first as End;
             while !std::mem::replace(&mut self.is_done[at as usize / 2], true) {
-                let points = self.stretch(at as usize / 2).iter().copied();
+                let points = self.stretch(at as usize / 2).iter().map(|p| p.extend(0.0));
                 let open = output.open_loop();
                 if at.is_multiple_of(2) {
-                    open.extend(points.map(without_depth));
+                    open.extend(points);
                 } else {
-                    open.extend(points.rev().map(without_depth));
+                    open.extend(points.rev());
                 }
                 let joint = self.joined[(at ^ 1) as usize];
                 if joint.by_apex {
-                    open.push(without_depth(self.apex));
+                    open.push(DVec4::new(self.apex.x, self.apex.y, 0.0, 0.0));
                 }
                 at = joint.to;
             }
@@ -229,13 +229,10 @@ pub(crate) fn half_line(k: usize, count: usize) -> DVec2 {
     DVec2::from_angle(k as f64 / count as f64 * std::f64::consts::TAU)
 }
 
-fn without_depth(p: DVec2) -> DVec4 {
-    DVec4::new(p.x, p.y, 0.0, 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::loops::FlatLoops;
     use glam::Vec4Swizzles;
     use proptest::prelude::*;
 
@@ -263,15 +260,26 @@ mod tests {
         })
     }
 
+    fn seen(loops: &FlatLoops) -> SeenLoops {
+        let mut seen = SeenLoops::default();
+        for points in loops.iter() {
+            points.iter().for_each(|p| seen.push(p.extend(0.5)));
+            seen.close();
+        }
+        seen
+    }
+
     fn joined(outlines: &[FlatLoops]) -> FlatLoops {
         let mut join = SectorMerge::default();
         join.start(APEX, outlines.len());
         for (k, outline) in outlines.iter().enumerate() {
-            join.add(k, outline);
+            join.add(k, &seen(outline));
         }
         let (mut deep, mut flat) = (DeepLoops::default(), FlatLoops::default());
         join.finish(&mut deep);
         for points in deep.iter() {
+            // What is joined keeps its depth, the apex has none.
+            assert!(points.iter().all(|p| p.z == 0.5 || p.xy() == APEX));
             points.iter().for_each(|p| flat.push(p.xy()));
             flat.close();
         }

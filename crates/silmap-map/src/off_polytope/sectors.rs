@@ -15,7 +15,7 @@ use crate::epipolar::{image_from_object, object_from_image};
 use crate::interpolation::{InterpolateError, Interpolation};
 use crate::levels::Detail;
 use crate::locate::Location;
-use crate::loops::{DeepLoops, FlatLoops};
+use crate::loops::{DeepLoops, SeenLoops};
 use crate::off_polytope::merge::{SectorMerge, half_line};
 use crate::polytope::Polytope;
 use crate::project::{Projection, project_loops};
@@ -119,7 +119,7 @@ pub(crate) struct Sectors {
     rims: Vec<RimMoments>,
     join: SectorMerge,
     joined: DeepLoops,
-    region: FlatLoops,
+    region: SeenLoops,
 }
 
 /// What sectors are interpolated from.
@@ -145,7 +145,7 @@ impl Sectors {
             rims: rims.collect(),
             join: SectorMerge::default(),
             joined: DeepLoops::default(),
-            region: FlatLoops::default(),
+            region: SeenLoops::default(),
         }
     }
 
@@ -156,7 +156,7 @@ impl Sectors {
         views: &Views<'_>,
         triangle: &mut TriangleInterpolator,
         request: &SectorRequest<'_>,
-    ) -> Result<Option<(&FlatLoops, PieceCounts)>, InterpolateError> {
+    ) -> Result<Option<(&SeenLoops, PieceCounts)>, InterpolateError> {
         let &SectorRequest {
             location,
             camera,
@@ -198,6 +198,7 @@ impl Sectors {
             matrix: image_from_object(camera) * object_from_image(&upright),
             shift: DVec3::ZERO,
             round: None,
+            keeps_depth: true,
         };
         project_loops(&self.joined, &to_camera, &mut self.region);
         Ok(Some((&self.region, most)))

@@ -4,9 +4,9 @@
 //! intersection does too, and it is the same whatever order comes first. The regions nearly coincide and have few crossings,
 //! which suits a sweep: between two rows every side is linear, and only where sides cross is anything found anew.
 
-use glam::{DVec3, DVec4, Vec4Swizzles};
+use glam::{DVec4, Vec4Swizzles};
 
-use crate::loops::{DeepLoops, FlatLoops};
+use crate::loops::{DeepLoops, SeenLoops};
 use crate::sweep::coverage::CoverageSweep;
 use crate::sweep::crossing::{NOWHERE, widen_by_crossing};
 use crate::sweep::cursor::{ChainCursor, SweepCursor};
@@ -35,14 +35,14 @@ pub struct RegionIntersection {
 
 impl RegionIntersection {
     /// Writes the loops that bound what all `regions` (each even-odd, without crossings) cover to `output`.
-    pub fn intersect(&mut self, regions: [&FlatLoops; 3], output: &mut FlatLoops) {
+    pub fn intersect(&mut self, regions: [&SeenLoops; 3], output: &mut SeenLoops) {
         for ((chains, cursor), region) in
             (self.chains.iter_mut().zip(&mut self.cursors)).zip(regions)
         {
             chains.clear();
             for points in region.iter() {
                 for p in points {
-                    chains.push(DVec3::new(p.x, p.y, 0.0));
+                    chains.push(*p);
                 }
                 chains.close(SLACK_PX);
             }
@@ -61,7 +61,7 @@ impl RegionIntersection {
         output.clear();
         for points in self.loops.iter() {
             for p in points {
-                output.push(p.xy());
+                output.push(p.xyz());
             }
             output.close_unless(is_speck);
         }
@@ -240,6 +240,7 @@ fn crossings(from: &[f64; 3], to: &[f64; 3]) -> [Option<f64>; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::loops::FlatLoops;
     use glam::DVec2;
     use proptest::prelude::*;
     use silmap_geometry::polygon::{fill_even_odd, signed_area};
@@ -278,11 +279,12 @@ mod tests {
         #[test]
         fn intersection_fills_the_pixels_all_three_fill(loops in prop::array::uniform3(any_star())) {
             let regions = loops.clone().map(|l| {
-                let mut flat = FlatLoops::default();
-                flat.assign([&l[..]]);
-                flat
+                let mut seen = SeenLoops::default();
+                l.iter().for_each(|p| seen.push(p.extend(0.0)));
+                seen.close();
+                seen
             });
-            let mut output = FlatLoops::default();
+            let mut output = SeenLoops::default();
             let [a, b, c] = &regions;
             RegionIntersection::default().intersect([a, b, c], &mut output);
             let (mut expected, mut filled, mut got) = (Mask::new(66, 66), Mask::new(66, 66), Mask::new(66, 66));
@@ -291,9 +293,11 @@ mod tests {
                 fill_even_odd(std::slice::from_ref(l), &mut filled);
                 expected.intersect(&filled);
             }
-            fill_even_odd(output.iter(), &mut got);
+            let mut flat = FlatLoops::default();
+            output.flatten_to(&mut flat);
+            fill_even_odd(flat.iter(), &mut got);
             prop_assert!(got.count_different(&expected) as f64 <= near_outlines(&loops), "{} differ", got.count_different(&expected));
-            let area: f64 = output.iter().map(signed_area).sum();
+            let area: f64 = flat.iter().map(signed_area).sum();
             prop_assert!((area - expected.count() as f64).abs() < 140.0, "orientation or area is off: {area}");
         }
     }

@@ -6,8 +6,8 @@ use silmap_exact::Extractor;
 use silmap_geometry::{Camera, Mask, TriangleMesh};
 use silmap_gpu::{FrameTimer, Gpu, wait_for, wgpu};
 use silmap_map::{Asset, Method};
-use silmap_runtime::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
+use silmap_study::{
+    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, PictureOptions, PictureRenderer,
 };
 
 use crate::{ExactShape, MeasureError};
@@ -15,7 +15,7 @@ use crate::{ExactShape, MeasureError};
 /// Draws frames to a texture and times them.
 pub(crate) struct Drawer<'a> {
     pub(super) gpu: &'a Gpu,
-    pub(super) renderer: Renderer,
+    pub(super) renderer: PictureRenderer,
     target: wgpu::TextureView,
     timer: Option<FrameTimer>,
 }
@@ -53,7 +53,7 @@ impl<'g> Drawer<'g> {
         asset: &Asset,
         full: &TriangleMesh,
     ) -> Result<Self, MeasureError> {
-        let options = RendererOptions::default();
+        let options = PictureOptions::default();
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("measured frame"),
             size: wgpu::Extent3d {
@@ -68,7 +68,7 @@ impl<'g> Drawer<'g> {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
-        let mut renderer = Renderer::new(gpu, options);
+        let mut renderer = PictureRenderer::new(gpu, options);
         renderer.load_asset(gpu, asset)?;
         renderer.load_model(gpu, full)?;
         Ok(Self {

@@ -7,6 +7,7 @@ use draco_core::{DecoderBuffer, Mesh, MeshDecoder};
 use serde::Deserialize;
 
 use super::super::guard::guarded;
+use super::super::text::in_one_line;
 use super::accessor::Component;
 use super::document::Whole;
 
@@ -38,7 +39,7 @@ pub(super) fn decode(compressed: &Compressed, encoded: &[u8]) -> Result<Decoded,
         let mut mesh = Mesh::new();
         let mut buffer = DecoderBuffer::new(encoded).with_limits(limits);
         let status = MeshDecoder::new().decode(&mut buffer, &mut mesh);
-        status.map(|()| mesh).map_err(|e| e.to_string())
+        status.map(|()| mesh).map_err(in_one_line)
     });
     Ok(Decoded {
         mesh: decoded.unwrap_or_else(|| Err("the decoder gave up".to_owned()))?,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_even_odd;
-use silmap_map::{FlatLoops, Location, Method, SilhouetteMap, TriangleInterpolator};
+use silmap_map::{FlatLoops, Location, Method, SeenLoops, SilhouetteMap, TriangleInterpolator};
 
 /// What one view would look like after a collapse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +24,7 @@ pub(super) struct Prediction {
 #[derive(Debug)]
 pub(super) struct PredictScratch {
     interpolator: TriangleInterpolator,
+    flat: FlatLoops,
     predicted: Mask,
     layer: Mask,
 }
@@ -56,6 +57,7 @@ impl<'a> Predictor<'a> {
         let side = self.map.resolution_px;
         PredictScratch {
             interpolator: TriangleInterpolator::default(),
+            flat: FlatLoops::default(),
             predicted: Mask::new(side, side),
             layer: Mask::new(side, side),
         }
@@ -96,7 +98,12 @@ impl<'a> Predictor<'a> {
             .interpolator
             .interpolate_regions(self.map, ids, &location, camera, self.method.into())
             .ok()?;
-        fill_layers(layers, &mut scratch.predicted, &mut scratch.layer);
+        fill_layers(
+            layers,
+            &mut scratch.flat,
+            &mut scratch.predicted,
+            &mut scratch.layer,
+        );
         let truth = &self.masks[view as usize];
         let wrong = scratch.predicted.count_different(truth);
         Some(Prediction {
@@ -129,10 +136,12 @@ impl<'a> Predictor<'a> {
 }
 
 /// Fills what all regions cover.
-fn fill_layers(layers: &[FlatLoops], filled: &mut Mask, scratch: &mut Mask) {
-    fill_even_odd(layers[0].iter(), filled);
+fn fill_layers(layers: &[SeenLoops], flat: &mut FlatLoops, filled: &mut Mask, scratch: &mut Mask) {
+    layers[0].flatten_to(flat);
+    fill_even_odd(flat.iter(), filled);
     for layer in &layers[1..] {
-        fill_even_odd(layer.iter(), scratch);
+        layer.flatten_to(flat);
+        fill_even_odd(flat.iter(), scratch);
         filled.intersect(scratch);
     }
 }

@@ -16,8 +16,8 @@ use silmap_mesh_io::{self as mesh_io, Loaded};
 use silmap_preprocess::pipeline::{BuildParams, BuildReport};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_report::{Picture, PictureRow, Report};
-use silmap_runtime::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, Renderer, RendererOptions,
+use silmap_study::{
+    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, PictureOptions, PictureRenderer,
 };
 
 use crate::args::{DemoArgs, ModelKind};
@@ -151,7 +151,7 @@ fn make_model() -> anyhow::Result<Loaded> {
 
 /// All pictures.
 fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Row>> {
-    let mut renderer = Renderer::new(gpu, RendererOptions::default());
+    let mut renderer = PictureRenderer::new(gpu, PictureOptions::default());
     renderer.load_asset(gpu, asset)?;
     renderer.load_model(gpu, model)?;
     let (center, radius) = (asset.map.center, asset.map.radius);

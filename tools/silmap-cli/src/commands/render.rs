@@ -12,9 +12,9 @@ use silmap_gpu::{Gpu, GpuError};
 use silmap_map::{Asset, Method};
 use silmap_measure::ExactShape;
 use silmap_mesh_io::{self as mesh_io, LoadedTriangles};
-use silmap_runtime::{
-    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, RenderError, Renderer,
-    RendererOptions,
+use silmap_study::{
+    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, PictureOptions,
+    PictureRenderer, RenderError,
 };
 
 use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
@@ -139,7 +139,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         _ => None,
     };
     let gpu = open_gpu()?;
-    let mut renderer = Renderer::new(&gpu, RendererOptions::default());
+    let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
     let named = || {
         let input = args.asset.as_deref().or(args.model.as_deref());
         input.unwrap_or(Path::new("")).display().to_string()

@@ -20,7 +20,7 @@ pub enum Mode {
     #[default]
     Clipped,
     /// The painted hull clipped by a region that is given with the frame, such as the exact silhouette's: see
-    /// [`Renderer::render_shape`](crate::Renderer::render_shape).
+    /// [`PictureRenderer::render_shape`](crate::PictureRenderer::render_shape).
     Exact,
     /// The outline alone.
     Silhouette,
@@ -152,12 +152,12 @@ impl ClipShape<'_> {
 
 /// Set once for a renderer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RendererOptions {
+pub struct PictureOptions {
     /// Format of what is drawn to; it must encode sRGB by itself and be blendable.
     pub target_format: wgpu::TextureFormat,
 }
 
-impl Default for RendererOptions {
+impl Default for PictureOptions {
     fn default() -> Self {
         Self {
             target_format: wgpu::TextureFormat::Rgba8UnormSrgb,

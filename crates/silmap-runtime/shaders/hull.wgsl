@@ -1,0 +1,6 @@
+// The hull, opaque. Needs: instance, paint, hull_plain.
+
+@fragment
+fn fs_main(fragment: Fragment) -> @location(0) vec4f {
+    return vec4f(fragment_colour(fragment), 1.0);
+}

@@ -1,0 +1,69 @@
+// The hull's vertices where a function of the outline clips them. Needs: outline, instance, paint.
+
+struct Fragment {
+    @invariant @builtin(position) position: vec4f,
+    @location(0) normal: vec3f,
+    @location(1) atlas_uv: vec2f,
+    @location(2) point_a: vec3f,
+    @location(3) point_b: vec3f,
+    @location(4) point_c: vec3f,
+    @location(5) @interpolate(flat, either) views: vec4u,
+    @location(6) @interpolate(flat, either) weights: vec4f,
+    // Where the point is seen in the picture of the outline, homogeneous.
+    @location(7) seen: vec3f,
+    @location(8) @interpolate(flat, either) row_x: vec4f,
+    @location(9) @interpolate(flat, either) row_y: vec4f,
+    @location(10) @interpolate(flat, either) row_w: vec4f,
+    @location(11) @interpolate(flat, either) outline: vec2u,
+}
+
+@vertex
+fn vs_main(corner: Corner, instance: Instance) -> Fragment {
+    let shares = paint_shares(corner, instance.eye, instance.outline.z);
+    let rows = outline_rows(instance.outline.x, instance.eye, asset.sphere.xyz, asset.sphere.w);
+    let point = vec4f(corner.position, 1.0);
+    var out: Fragment;
+    out.position = instance_clip(instance, corner.position);
+    out.normal = corner.normal;
+    out.atlas_uv = corner.atlas_uv;
+    out.point_a = paint_point(corner, instance.eye, shares.views.x);
+    out.point_b = paint_point(corner, instance.eye, shares.views.y);
+    out.point_c = paint_point(corner, instance.eye, shares.views.z);
+    out.views = vec4u(shares.views, instance.outline.z);
+    out.weights = shares.weights;
+    out.seen = vec3f(dot(rows.x, point), dot(rows.y, point), dot(rows.w, point));
+    out.row_x = rows.x;
+    out.row_y = rows.y;
+    out.row_w = rows.w;
+    out.outline = instance.outline.xy;
+    return out;
+}
+
+fn fragment_colour(fragment: Fragment) -> vec3f {
+    return paint_colour(
+        fragment.point_a,
+        fragment.point_b,
+        fragment.point_c,
+        fragment.views,
+        fragment.weights,
+        fragment.atlas_uv,
+        fragment.normal,
+    );
+}
+
+fn fragment_coverage(fragment: Fragment) -> OutlineCoverage {
+    let place = fragment.seen.xy / fragment.seen.z;
+    let across = dpdx(place);
+    let along = dpdy(place);
+    if fragment.outline.y == 0u {
+        var whole: OutlineCoverage;
+        whole.is_inside = true;
+        whole.share = 1.0;
+        return whole;
+    }
+    var rows: OutlineRows;
+    rows.x = fragment.row_x;
+    rows.y = fragment.row_y;
+    rows.w = fragment.row_w;
+    return outline_coverage(fragment.outline.x, rows, place, across, along);
+}

@@ -1,0 +1,10 @@
+// The hull where it covers pixels partly, of faces behind each other the nearest alone. Needs: outline, instance, paint, hull_covered.
+
+@fragment
+fn fs_main(fragment: Fragment) -> @location(0) vec4f {
+    let covered = fragment_coverage(fragment);
+    if covered.share <= 0.0 || covered.share >= 1.0 {
+        discard;
+    }
+    return vec4f(fragment_colour(fragment), 1.0) * covered.share;
+}

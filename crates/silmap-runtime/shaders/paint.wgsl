@@ -1,0 +1,184 @@
+// What the hull shows: up to three texture views that share a face, and tiles of the atlas or light where none sees it.
+//
+// The weights of views are as in `blend.rs` of `silmap-study`: 1/a − 1/t, a the distance between the directions from the face to a view
+// and to the eye, t that of the fourth nearest.
+// Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.2, for the visibility bits and the nearest view; Buehler, Bosse, McMillan,
+// Gortler, Cohen. Unstructured Lumigraph Rendering. SIGGRAPH 2001, section 4, for weights that fall to zero.
+// Points near P(v), not v, are projected into the texture views, in homogeneous coordinates, so that a picture lies on the plane through
+// three points without a bend.
+// Deviation: the point of the eye's ray through v that is nearest to P(v) is projected. It is P(v) but for what the hull's distance from
+// the model moves it aside on the screen, so that an eye where the picture was taken sees the picture.
+
+const PAINT_BLENDED: u32 = 0u;
+const PAINT_NEAREST: u32 = 1u;
+const PAINT_VIEWS: u32 = 2u;
+const PAINT_TILES: u32 = 3u;
+const PAINT_LIT: u32 = 4u;
+
+// The largest distance between directions, and the least that is told from none.
+const PAINT_FARTHEST: f32 = 2.0;
+const PAINT_LEAST: f32 = 1e-6;
+
+struct Asset {
+    // Per texture view: (s·q, t·q, q) of a point of the object, (s, t) from the picture's top-left.
+    texture_from_object: array<mat4x4f, 64>,
+    // Eyes of the texture views.
+    eyes: array<vec4f, 64>,
+    // Middle of the bounding sphere of the outlines, and its radius.
+    sphere: vec4f,
+    // Unit directions to the two lights, and their intensities.
+    lights: array<vec4f, 2>,
+    // Linear colour of an unpainted hull, and the factor on it where no light falls.
+    albedo: vec4f,
+    // Texture views, and 1 where there is an atlas.
+    counts: vec4u,
+}
+
+@group(1) @binding(0) var<uniform> asset: Asset;
+@group(1) @binding(1) var paint_views: texture_2d_array<f32>;
+@group(1) @binding(2) var paint_atlas: texture_2d<f32>;
+@group(1) @binding(3) var paint_sampler: sampler;
+
+struct Corner {
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) surface_point: vec3f,
+    @location(3) atlas_uv: vec2f,
+    // Bit i: texture view i sees the whole face.
+    @location(4) visible: vec2u,
+    // The face's middle on the model's surface.
+    @location(5) middle: vec3f,
+}
+
+// Up to three views with their weights, and the weight of what stands in for them.
+struct Shares {
+    views: vec3u,
+    weights: vec4f,
+}
+
+fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
+    var shares: Shares;
+    shares.views = vec3u(0u);
+    shares.weights = vec4f(0.0, 0.0, 0.0, 1.0);
+    if mode >= PAINT_TILES {
+        return shares;
+    }
+    var to_eye = eye.xyz;
+    if eye.w > 0.5 {
+        to_eye = eye.xyz - corner.middle;
+    }
+    let direction = normalize(to_eye);
+    // The four nearest, nearest first.
+    var distances = vec4f(PAINT_FARTHEST);
+    var views = vec4u(0u);
+    var nearest = 1e30;
+    var nearest_view = 0u;
+    var is_seen = false;
+    for (var view = 0u; view < asset.counts.x; view++) {
+        let word = select(corner.visible.x, corner.visible.y, view >= 32u);
+        if ((word >> (view & 31u)) & 1u) == 0u {
+            continue;
+        }
+        let to_view = asset.eyes[view].xyz - corner.middle;
+        var off = to_view - to_eye;
+        if eye.w < 0.5 {
+            off = normalize(to_view) - direction;
+        }
+        if dot(off, off) < nearest {
+            nearest = dot(off, off);
+            nearest_view = view;
+        }
+        if !is_seen {
+            // As far as the fourth, all of them: any is as good.
+            views.x = view;
+        }
+        is_seen = true;
+        let a = min(distance(normalize(to_view), direction), PAINT_FARTHEST);
+        if a < distances.x {
+            distances = vec4f(a, distances.xyz);
+            views = vec4u(view, views.xyz);
+        } else if a < distances.y {
+            distances = vec4f(distances.x, a, distances.yz);
+            views = vec4u(views.x, view, views.yz);
+        } else if a < distances.z {
+            distances = vec4f(distances.xy, a, distances.z);
+            views = vec4u(views.xy, view, views.z);
+        } else if a < distances.w {
+            distances.w = a;
+            views.w = view;
+        }
+    }
+    if !is_seen {
+        return shares;
+    }
+    shares.views = views.xyz;
+    shares.weights = vec4f(1.0, 0.0, 0.0, 0.0);
+    if mode == PAINT_NEAREST {
+        shares.views.x = nearest_view;
+        return shares;
+    }
+    let inverse = 1.0 / max(distances, vec4f(PAINT_LEAST));
+    let weights = inverse.xyz - inverse.w;
+    let sum = weights.x + weights.y + weights.z;
+    if weights.x > 0.0 {
+        shares.weights = vec4f(weights / sum, 0.0);
+    }
+    return shares;
+}
+
+// What a texture view shows at the point of a corner, for an eye that sees the corner.
+fn paint_point(corner: Corner, eye: vec4f, view: u32) -> vec3f {
+    var ray = -eye.xyz;
+    if eye.w > 0.5 {
+        ray = corner.position - eye.xyz;
+    }
+    let along = dot(corner.surface_point - corner.position, ray) / max(dot(ray, ray), 1e-30);
+    let point = corner.position + ray * along;
+    let projected = asset.texture_from_object[min(view, 63u)] * vec4f(point, 1.0);
+    return projected.xyz;
+}
+
+fn paint_view_colour(texture_point: vec3f, view: u32) -> vec3f {
+    let uv = texture_point.xy / texture_point.z;
+    return textureSampleLevel(paint_views, paint_sampler, uv, view, 0.0).rgb;
+}
+
+// Linear colour of the light on an unpainted hull.
+fn paint_lit(normal: vec3f) -> vec3f {
+    let n = normal / max(length(normal), 1e-20);
+    var sum = asset.albedo.w;
+    sum += asset.lights[0].w * max(dot(n, asset.lights[0].xyz), 0.0);
+    sum += asset.lights[1].w * max(dot(n, asset.lights[1].xyz), 0.0);
+    return asset.albedo.rgb * sum;
+}
+
+fn paint_colour(
+    point_a: vec3f,
+    point_b: vec3f,
+    point_c: vec3f,
+    views: vec4u,
+    weights: vec4f,
+    atlas_uv: vec2f,
+    normal: vec3f,
+) -> vec3f {
+    var colour = vec3f(0.0);
+    if weights.x > 0.0 {
+        colour += weights.x * paint_view_colour(point_a, views.x);
+    }
+    if weights.y > 0.0 {
+        colour += weights.y * paint_view_colour(point_b, views.y);
+    }
+    if weights.z > 0.0 {
+        colour += weights.z * paint_view_colour(point_c, views.z);
+    }
+    if weights.w > 0.0 {
+        let mode = views.w;
+        let has_tiles = asset.counts.y != 0u && mode != PAINT_VIEWS && mode != PAINT_LIT;
+        if has_tiles {
+            colour += weights.w * textureSampleLevel(paint_atlas, paint_sampler, atlas_uv, 0.0).rgb;
+        } else {
+            colour += weights.w * paint_lit(normal);
+        }
+    }
+    return colour;
+}

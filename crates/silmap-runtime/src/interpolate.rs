@@ -1,0 +1,147 @@
+//! Making the outlines that a frame needs and does not have, on all cores where there are threads.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use silmap_map::{Detail, Interpolation, Method, Transfer};
+
+use crate::asset::AssetData;
+use crate::bands::BandParams;
+use crate::cells::{Cell, ReuseError};
+use crate::curve::{CurveBuilder, CurveRequest, Frame, Texel};
+
+/// An outline to be made.
+#[derive(Clone, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) asset: Arc<AssetData>,
+    pub(crate) cell: Cell,
+    /// How far off what there is would be, in pixels; infinite where there is nothing.
+    pub(crate) urgency_px: f64,
+}
+
+/// An outline that was made: where its texels are, and how many points it has; no points where there is no outline.
+#[derive(Clone, Debug)]
+pub(crate) struct Made {
+    pub(crate) cell: Cell,
+    pub(crate) texels: Range<usize>,
+    pub(crate) points: u32,
+}
+
+/// Buffers of one thread.
+#[derive(Debug, Default)]
+pub(crate) struct Worker {
+    pub(crate) builder: CurveBuilder,
+    pub(crate) texels: Vec<Texel>,
+    pub(crate) made: Vec<Made>,
+}
+
+/// What all outlines are made by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HowToMake {
+    pub(crate) method: Option<Method>,
+    pub(crate) allowed_px: f64,
+}
+
+/// Fewest outlines that are worth waking a thread for.
+#[cfg(not(target_arch = "wasm32"))]
+const FEWEST_A_THREAD: usize = 4;
+
+/// Pixels beyond the outline that coverage and rounding reach.
+const BEYOND_PX: f64 = 1.5;
+
+/// How finely a cell's outline is sorted: it may move by as much as the eye does within twice the cell, and pictures may be half as
+/// large as the largest.
+pub(crate) fn sorting_of(cell: &Cell, error: &ReuseError) -> BandParams {
+    let reach = if error.allowed_px > 0.0 {
+        let twice = ReuseError {
+            allowed_px: 2.0 * error.allowed_px,
+            ..*error
+        };
+        twice.reach(cell.radius_px)
+    } else {
+        0.0
+    };
+    let smallest_px = 0.5 * cell.radius_px;
+    BandParams::for_size(2.0 * cell.radius_px, reach.sin() + BEYOND_PX / smallest_px)
+}
+
+impl Worker {
+    /// Makes outlines, one after the other.
+    pub(crate) fn make(&mut self, wanted: &[Wanted], how: &HowToMake) {
+        let mut at = 0;
+        while at < wanted.len() {
+            let asset = &wanted[at].asset;
+            let same = wanted[at..].iter().take_while(|w| w.asset.id == asset.id);
+            let end = at + same.count();
+            if let Some(mut reader) = asset.take_reader() {
+                for one in &wanted[at..end] {
+                    self.make_one(&mut reader, one, how);
+                }
+                asset.give_reader_back(reader);
+            }
+            at = end;
+        }
+    }
+
+    fn make_one(&mut self, reader: &mut silmap_map::MapReader, wanted: &Wanted, how: &HowToMake) {
+        let (asset, cell) = (&wanted.asset, &wanted.cell);
+        let map = &asset.map;
+        let eye = cell.middle.eye(map.center, map.radius);
+        let request = CurveRequest {
+            map,
+            eye,
+            radius_px: cell.radius_px,
+            how: Interpolation {
+                method: how.method.unwrap_or(asset.method),
+                transfer: Transfer::Depths,
+                detail: Detail::OnScreen,
+            },
+        };
+        let start = self.texels.len();
+        let is_made = self.builder.interpolate(reader, &request).is_ok();
+        let error = ReuseError {
+            allowed_px: how.allowed_px,
+            jump_rel: asset.jump_rel,
+        };
+        let points = is_made.then(|| {
+            let frame = Frame::new(eye.extend(1.0), map.center, map.radius);
+            let sorting = sorting_of(cell, &error);
+            (self.builder).encode(&frame, asset.origin, &sorting, &mut self.texels)
+        });
+        self.made.push(Made {
+            cell: *cell,
+            texels: start..self.texels.len(),
+            points: points.flatten().unwrap_or(0),
+        });
+    }
+}
+
+/// Makes outlines with all workers.
+pub(crate) fn make_all(workers: &mut [Worker], wanted: &[Wanted], how: &HowToMake) {
+    #[cfg(not(target_arch = "wasm32"))]
+    {
+        use rayon::prelude::*;
+        let count = workers.len().min(wanted.len() / FEWEST_A_THREAD);
+        if count > 1 {
+            let chunk = wanted.len().div_ceil(count);
+            let parts = wanted.par_chunks(chunk);
+            (workers.par_iter_mut().zip(parts)).for_each(|(worker, part)| worker.make(part, how));
+            return;
+        }
+    }
+    if let Some(worker) = workers.first_mut() {
+        worker.make(wanted, how);
+    }
+}
+
+/// One worker for each thread.
+pub(crate) fn worker_count() -> usize {
+    #[cfg(not(target_arch = "wasm32"))]
+    {
+        rayon::current_num_threads().max(1)
+    }
+    #[cfg(target_arch = "wasm32")]
+    {
+        1
+    }
+}

@@ -1,0 +1,482 @@
+//! What a frame draws, in which order, with which outlines. Nothing here touches the device, and nothing is allocated once buffers are
+//! warm.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, DVec4, Vec4Swizzles};
+
+use crate::asset::AssetData;
+use crate::batches::Batches;
+use crate::cells::{Bearing, Cell, CellKey, ReuseError};
+use crate::curve::{Frame, Texel};
+use crate::instance::{Instance, Outline};
+use crate::interpolate::{HowToMake, Wanted, Worker, make_all, sorting_of, worker_count};
+use crate::outline_cache::{OutlineCache, OutlineRef};
+use crate::view::{Eye, Rect, View};
+use crate::{Antialias, ClipBy, PrepareError, RendererOptions};
+
+/// What a frame came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct FrameStats {
+    /// Instances that are drawn.
+    pub drawn: usize,
+    /// Instances out of the picture.
+    pub out_of_view: usize,
+    /// Instances drawn whole: their outline was not asked for, the eye is within the model's bounding sphere, or there is no outline.
+    pub whole: usize,
+    /// Outlines that were interpolated.
+    pub interpolated: usize,
+    /// Instances with an outline that should be renewed and has to wait.
+    pub waiting: usize,
+    /// Outlines that are kept.
+    pub kept: usize,
+    /// Draw calls.
+    pub draw_calls: usize,
+}
+
+/// An instance as vertex attributes; `Instance` of `shaders/instance.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Record {
+    clip_from_object: [[f32; 4]; 4],
+    eye: [f32; 4],
+    /// First texel of the outline, its points or 0, the paint, 0.
+    outline: [u32; 4],
+}
+
+/// A draw call; ranges are of records.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Draw {
+    /// Fans of at most so many edges into the stencil.
+    Fans { records: Range<u32>, edges: u32 },
+    /// The same again, to leave the stencil as it was.
+    Clear { records: Range<u32>, edges: u32 },
+    /// Hulls of one asset, clipped.
+    Hulls { records: Range<u32>, asset: usize },
+    /// The partly covered pixels of the same.
+    Borders { records: Range<u32>, asset: usize },
+    /// Hulls of one asset, whole.
+    Whole { records: Range<u32>, asset: usize },
+}
+
+/// Texels to be written.
+#[derive(Clone, Debug)]
+pub(crate) struct Upload {
+    pub(crate) worker: usize,
+    pub(crate) texels: Range<usize>,
+    /// First texel of the place in the cache.
+    pub(crate) to: u32,
+}
+
+/// An instance in the picture.
+#[derive(Clone, Copy, Debug)]
+struct Visible {
+    record: Record,
+    instance: usize,
+    asset: usize,
+    depth: f64,
+    rect: Rect,
+    /// The cell of its own outline.
+    key: Option<CellKey>,
+    outline: Option<OutlineRef>,
+    points: u32,
+    batch: u32,
+    order: u8,
+}
+
+/// The outline that an instance had in the frame before.
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    asset: u64,
+    outline: OutlineRef,
+}
+
+/// What frames are planned with.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    clip: ClipBy,
+    is_soft: bool,
+    has_depth: bool,
+    allowed_px: f64,
+    most_made: usize,
+    how: HowToMake,
+    cache: OutlineCache,
+    workers: Vec<Worker>,
+    wanted: Vec<Wanted>,
+    visible: Vec<Visible>,
+    before: Vec<Option<Before>>,
+    batches: Batches,
+    frame: u64,
+    pub(crate) assets: Vec<Arc<AssetData>>,
+    pub(crate) records: Vec<Record>,
+    pub(crate) draws: Vec<Draw>,
+    pub(crate) uploads: Vec<Upload>,
+    pub(crate) stats: FrameStats,
+}
+
+/// Number of an asset whose outlines belong to one frame.
+const GIVEN: u64 = u64::MAX;
+
+/// How much larger than the hull's sphere the place of an instance on the screen counts as.
+const ROOM: f64 = 1.02;
+
+impl Plan {
+    pub(crate) fn new(options: &RendererOptions, texels: u32) -> Self {
+        Self {
+            clip: options.clip,
+            is_soft: options.antialias == Antialias::Soft,
+            has_depth: options.formats.depth.is_some(),
+            allowed_px: options.reuse_error_px,
+            most_made: options.outlines_per_frame,
+            how: HowToMake {
+                method: options.method,
+                allowed_px: options.reuse_error_px,
+            },
+            cache: OutlineCache::new(texels),
+            workers: (0..worker_count()).map(|_| Worker::default()).collect(),
+            wanted: Vec::new(),
+            visible: Vec::new(),
+            before: Vec::new(),
+            batches: Batches::default(),
+            frame: 0,
+            assets: Vec::new(),
+            records: Vec::new(),
+            draws: Vec::new(),
+            uploads: Vec::new(),
+            stats: FrameStats::default(),
+        }
+    }
+
+    /// Texels of an upload.
+    pub(crate) fn texels(&self, upload: &Upload) -> &[Texel] {
+        &self.workers[upload.worker].texels[upload.texels.clone()]
+    }
+
+    /// Plans a frame.
+    pub(crate) fn make(
+        &mut self,
+        view: &View,
+        eye: &Eye,
+        instances: &[Instance<'_>],
+    ) -> Result<(), PrepareError> {
+        self.clear();
+        if view.size_px.0 == 0 || view.size_px.1 == 0 {
+            return Ok(());
+        }
+        self.cache.begin_frame();
+        self.frame += 1;
+        self.before.resize(instances.len(), None);
+        for (k, instance) in instances.iter().enumerate() {
+            self.add(k, instance, eye);
+        }
+        self.make_wanted();
+        self.take_outlines(instances);
+        self.order(eye);
+        self.stats.kept = self.cache.len();
+        self.stats.draw_calls = self.draws.len();
+        Ok(())
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.wanted.clear();
+        self.visible.clear();
+        self.assets.clear();
+        self.records.clear();
+        self.draws.clear();
+        self.uploads.clear();
+        self.stats = FrameStats::default();
+        for worker in &mut self.workers {
+            worker.texels.clear();
+            worker.made.clear();
+        }
+    }
+
+    /// Takes an instance that is in the picture, and notes which outline it wants.
+    fn add(&mut self, k: usize, instance: &Instance<'_>, eye: &Eye) {
+        let asset = &instance.asset.0;
+        let transform = &instance.transform;
+        let middle = transform.point(asset.origin);
+        let radius = asset.radius * transform.scale * ROOM;
+        let Some(rect) = eye.rect(middle, radius) else {
+            self.stats.out_of_view += 1;
+            return;
+        };
+        let place = if eye.place.w > 0.0 {
+            transform.object_point(eye.place.xyz()).extend(1.0)
+        } else {
+            (transform.rotation.inverse() * eye.place.xyz()).extend(0.0)
+        };
+        let matrix = eye.clip_from_world * transform.matrix(asset.origin);
+        let local_eye = place - asset.origin.extend(0.0) * place.w;
+        let asset_at = self.asset_index(asset);
+        let mut visible = Visible {
+            record: Record {
+                clip_from_object: matrix.as_mat4().to_cols_array_2d(),
+                eye: local_eye.as_vec4().to_array(),
+                outline: [0, 0, instance.paint as u32, 0],
+            },
+            instance: k,
+            asset: asset_at,
+            depth: eye.depth_of(middle),
+            rect,
+            key: None,
+            outline: None,
+            points: 0,
+            batch: 0,
+            order: 0,
+        };
+        match instance.outline {
+            Outline::Whole => {}
+            Outline::Given(loops) => {
+                let loops = loops.loops.iter().map(Vec::as_slice);
+                visible.outline = self.add_given(k, asset, place, loops, &rect, eye);
+            }
+            Outline::OfAsset => self.add_own(asset, place, eye, &mut visible),
+        }
+        self.visible.push(visible);
+    }
+
+    fn asset_index(&mut self, asset: &Arc<AssetData>) -> usize {
+        let is_same = |other: &Arc<AssetData>| other.id == asset.id;
+        self.assets.iter().position(is_same).unwrap_or_else(|| {
+            self.assets.push(Arc::clone(asset));
+            self.assets.len() - 1
+        })
+    }
+
+    /// Finds the outline of an instance's cell, or asks for it.
+    fn add_own(&mut self, asset: &Arc<AssetData>, place: DVec4, eye: &Eye, visible: &mut Visible) {
+        let map = &asset.map;
+        let Some(bearing) = Bearing::new(place, map.center, map.radius) else {
+            return;
+        };
+        // The rectangle is that of the hull's sphere, which is the larger one.
+        let radius_px = visible.rect.radius_px(eye.size_px) * map.radius / (asset.radius * ROOM);
+        let radius_px = radius_px.min(eye.size_px.max_element() * 4.0);
+        let error = ReuseError {
+            allowed_px: self.allowed_px,
+            jump_rel: asset.jump_rel,
+        };
+        let cell = Cell::of(asset.id, bearing, radius_px, &error);
+        visible.key = Some(cell.key);
+        if let Some(kept) = self.cache.find(&cell.key) {
+            visible.outline = Some(kept);
+            self.before[visible.instance] = Some(Before {
+                asset: asset.id,
+                outline: kept,
+            });
+            return;
+        }
+        // What it had may serve until its turn comes.
+        let before = self.before[visible.instance].filter(|b| b.asset == asset.id);
+        let kept = before.and_then(|b| Some((b.outline, self.cache.kept(b.outline)?)));
+        let off_px = kept.map(|(_, k)| error.bound_px(k.middle.angle_to(&bearing), radius_px));
+        if let (Some((outline, _)), Some(off_px)) = (kept, off_px)
+            && off_px <= 2.0 * self.allowed_px
+        {
+            visible.outline = self.cache.revive(outline);
+        }
+        self.wanted.push(Wanted {
+            asset: Arc::clone(asset),
+            cell,
+            urgency_px: match visible.outline {
+                Some(_) => off_px.unwrap_or(f64::INFINITY),
+                None => f64::INFINITY,
+            },
+        });
+    }
+
+    /// Takes an outline of the caller's for this frame.
+    fn add_given<'l>(
+        &mut self,
+        k: usize,
+        asset: &Arc<AssetData>,
+        place: DVec4,
+        loops: impl Iterator<Item = &'l [DVec3]>,
+        rect: &Rect,
+        eye: &Eye,
+    ) -> Option<OutlineRef> {
+        let map = &asset.map;
+        let bearing = Bearing::new(place, map.center, map.radius)?;
+        let radius_px = rect
+            .radius_px(eye.size_px)
+            .min(eye.size_px.max_element() * 4.0);
+        let exact = ReuseError {
+            allowed_px: 0.0,
+            jump_rel: 0.0,
+        };
+        let mut cell = Cell::of(GIVEN, bearing, radius_px, &exact);
+        cell.key.place = [self.frame, k as u64, 0, 0];
+        let worker = self.workers.first_mut()?;
+        let start = worker.texels.len();
+        worker.builder.assign(loops);
+        let frame = Frame::new(place, map.center, map.radius);
+        let sorting = sorting_of(&cell, &exact);
+        let points = (worker.builder).encode(&frame, asset.origin, &sorting, &mut worker.texels)?;
+        let texels = start..worker.texels.len();
+        self.keep(&cell, 0, texels, points)
+    }
+
+    /// Keeps an outline that a worker made.
+    fn keep(
+        &mut self,
+        cell: &Cell,
+        worker: usize,
+        texels: Range<usize>,
+        points: u32,
+    ) -> Option<OutlineRef> {
+        let count = texels.len().max(1) as u32;
+        let kept = self.cache.insert(cell.key, cell.middle, count, points)?;
+        let to = self.cache.kept(kept)?.start;
+        if !texels.is_empty() {
+            self.uploads.push(Upload { worker, texels, to });
+        }
+        Some(kept)
+    }
+
+    /// Makes the outlines that are wanted most.
+    fn make_wanted(&mut self) {
+        let by_key = |w: &Wanted| (w.cell.key.asset, w.cell.key.size, w.cell.key.place);
+        // Of each cell the most urgent.
+        self.wanted.sort_unstable_by(|a, b| {
+            let by_urgency = b.urgency_px.total_cmp(&a.urgency_px);
+            by_key(a).cmp(&by_key(b)).then(by_urgency)
+        });
+        self.wanted
+            .dedup_by(|later, first| later.cell.key == first.cell.key);
+        self.wanted.sort_unstable_by(|a, b| {
+            let by_urgency = b.urgency_px.total_cmp(&a.urgency_px);
+            by_urgency.then(by_key(a).cmp(&by_key(b)))
+        });
+        let must = self.wanted.partition_point(|w| w.urgency_px.is_infinite());
+        let made = must.max(self.most_made.min(self.wanted.len()));
+        self.wanted.truncate(made);
+        // Neighbours one after the other: they read the same views.
+        self.wanted.sort_unstable_by_key(by_key);
+        make_all(&mut self.workers, &self.wanted, &self.how);
+        self.stats.interpolated = made;
+        for worker in 0..self.workers.len() {
+            for k in 0..self.workers[worker].made.len() {
+                let made = self.workers[worker].made[k].clone();
+                self.keep(&made.cell, worker, made.texels, made.points);
+            }
+        }
+    }
+
+    /// Gives each instance its outline.
+    fn take_outlines(&mut self, instances: &[Instance<'_>]) {
+        for visible in &mut self.visible {
+            if let Some(key) = &visible.key {
+                match self.cache.find(key) {
+                    Some(outline) => {
+                        visible.outline = Some(outline);
+                        let asset = instances[visible.instance].asset.0.id;
+                        self.before[visible.instance] = Some(Before { asset, outline });
+                    }
+                    None => self.stats.waiting += usize::from(visible.outline.is_some()),
+                }
+            }
+            if let Some(kept) = visible.outline.and_then(|o| self.cache.kept(o)) {
+                visible.points = kept.points;
+                visible.record.outline[0] = kept.start;
+                visible.record.outline[1] = kept.points;
+            }
+            visible.order = visible.points.max(1).next_power_of_two().trailing_zeros() as u8;
+            self.stats.whole += usize::from(visible.points == 0);
+        }
+        self.stats.drawn = self.visible.len();
+    }
+
+    /// Puts instances into an order and makes draw calls of them.
+    fn order(&mut self, eye: &Eye) {
+        let farther_first = |a: &Visible, b: &Visible| {
+            b.depth
+                .total_cmp(&a.depth)
+                .then(a.instance.cmp(&b.instance))
+        };
+        self.visible.sort_unstable_by(farther_first);
+        match self.clip {
+            ClipBy::Stencil => self.order_stencil(eye),
+            ClipBy::Coverage => self.order_coverage(),
+        }
+        self.records.extend(self.visible.iter().map(|v| v.record));
+    }
+
+    fn order_stencil(&mut self, eye: &Eye) {
+        self.batches.begin(eye.size_px);
+        for visible in &mut self.visible {
+            // Whole ones need no stencil.
+            visible.batch = if visible.points == 0 {
+                0
+            } else {
+                1 + self.batches.add(&visible.rect)
+            };
+        }
+        let group = |v: &Visible| (v.batch, v.asset, v.order, v.instance);
+        self.visible.sort_unstable_by_key(group);
+        let mut start = 0;
+        for batch in self.visible.chunk_by(|a, b| a.batch == b.batch) {
+            let first = start;
+            let is_whole = batch[0].batch == 0;
+            let mut at = first;
+            let runs = batch.chunk_by(|a, b| (a.asset, a.order) == (b.asset, b.order));
+            for run in runs.clone().filter(|_| !is_whole) {
+                let end = at + run.len() as u32;
+                let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
+                self.draws.push(Draw::Fans {
+                    records: at..end,
+                    edges,
+                });
+                at = end;
+            }
+            at = first;
+            for run in batch.chunk_by(|a, b| a.asset == b.asset) {
+                let (records, asset) = (at..at + run.len() as u32, run[0].asset);
+                at = records.end;
+                self.draws.push(if is_whole {
+                    Draw::Whole { records, asset }
+                } else {
+                    Draw::Hulls { records, asset }
+                });
+            }
+            at = first;
+            for run in runs.filter(|_| !is_whole) {
+                let end = at + run.len() as u32;
+                let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
+                self.draws.push(Draw::Clear {
+                    records: at..end,
+                    edges,
+                });
+                at = end;
+            }
+            start = first + batch.len() as u32;
+        }
+    }
+
+    fn order_coverage(&mut self) {
+        // What is blended goes from back to front; what is not, one asset after the other, from front to back.
+        let is_blended = self.is_soft || !self.has_depth;
+        if !is_blended {
+            self.visible.sort_unstable_by(|a, b| {
+                let by_depth = a.depth.total_cmp(&b.depth);
+                let by_asset = a.asset.cmp(&b.asset);
+                by_asset.then(by_depth).then(a.instance.cmp(&b.instance))
+            });
+        }
+        let mut start = 0;
+        for run in self.visible.chunk_by(|a, b| a.asset == b.asset) {
+            let (records, asset) = (start..start + run.len() as u32, run[0].asset);
+            start = records.end;
+            self.draws.push(Draw::Hulls {
+                records: records.clone(),
+                asset,
+            });
+            if self.is_soft && self.has_depth {
+                self.draws.push(Draw::Borders { records, asset });
+            }
+        }
+    }
+}

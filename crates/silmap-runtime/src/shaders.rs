@@ -1,0 +1,45 @@
+//! The shaders: which parts make up which program.
+
+use silmap_gpu::shaders::Shader;
+
+const OUTLINE: &str = include_str!("../shaders/outline.wgsl");
+const INSTANCE: &str = include_str!("../shaders/instance.wgsl");
+const PAINT: &str = include_str!("../shaders/paint.wgsl");
+const PLAIN: &str = include_str!("../shaders/hull_plain.wgsl");
+const COVERED: &str = include_str!("../shaders/hull_covered.wgsl");
+
+macro_rules! shaders {
+    ($($(#[$doc:meta])* $constant:ident = $name:literal after [$($part:ident),*];)*) => {
+        $(
+            $(#[$doc])*
+            pub const $constant: Shader = Shader {
+                name: $name,
+                parts: &[$($part,)* include_str!(concat!("../shaders/", $name, ".wgsl"))],
+                web: true,
+            };
+        )*
+        /// All shaders.
+        pub const ALL: &[Shader] = &[$($constant),*];
+    };
+}
+
+shaders! {
+    /// Outlines as fans, into the stencil.
+    FANS = "fans" after [OUTLINE, INSTANCE];
+    /// The hull.
+    HULL = "hull" after [INSTANCE, PAINT, PLAIN];
+    /// Its depth.
+    HULL_DEPTH = "hull_depth" after [INSTANCE, PAINT, PLAIN];
+    /// The hull inside of the outline.
+    HULL_INSIDE = "hull_inside" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    /// The depth of that.
+    HULL_INSIDE_DEPTH = "hull_inside_depth" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    /// The hull with its coverage in alpha.
+    HULL_SAMPLES = "hull_samples" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    /// The hull where it covers all of a pixel, and the depth of the rest.
+    HULL_SOFT = "hull_soft" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    /// That rest.
+    HULL_SOFT_BORDER = "hull_soft_border" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    /// The hull by coverage, in a pass without depth.
+    HULL_BLENDED = "hull_blended" after [OUTLINE, INSTANCE, PAINT, COVERED];
+}

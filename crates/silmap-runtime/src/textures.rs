@@ -1,0 +1,170 @@
+//! Pictures on the device.
+
+use silmap_geometry::ColourImage;
+use silmap_gpu::wgpu;
+use silmap_map::{EncodedImage, TextureSet};
+
+use crate::LoadError;
+
+/// Texture views that a face's visibility bits can name; the length of the arrays in `shaders/paint.wgsl`.
+pub(crate) const MOST_VIEWS: usize = 64;
+
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+
+/// Decodes a picture of the asset.
+pub(crate) fn decode(image: &EncodedImage, index: usize) -> Result<ColourImage, LoadError> {
+    let decoded = image::load_from_memory(&image.bytes)
+        .map_err(|reason| LoadError::BadTexture {
+            index,
+            reason: reason.to_string(),
+        })?
+        .into_rgba8();
+    Ok(ColourImage {
+        width: decoded.width(),
+        height: decoded.height(),
+        rgba: decoded.into_raw(),
+    })
+}
+
+/// One white pixel, where there is no picture.
+pub(crate) fn blank() -> ColourImage {
+    ColourImage {
+        width: 1,
+        height: 1,
+        rgba: vec![255; 4],
+    }
+}
+
+/// Layers of the array of `views` pictures. WebGL2 takes an array of one layer for a plain image, and one of a multiple of
+/// six square layers for a cube, so such counts get a layer more.
+fn layer_count(views: u32) -> u32 {
+    let layers = views.max(2);
+    if layers.is_multiple_of(6) {
+        layers + 1
+    } else {
+        layers
+    }
+}
+
+/// All texture views as one array.
+pub(crate) fn upload_views(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    textures: &TextureSet,
+) -> Result<wgpu::TextureView, LoadError> {
+    let mut pictures = textures
+        .views
+        .iter()
+        .enumerate()
+        .map(|(index, view)| decode(&view.image, index))
+        .collect::<Result<Vec<_>, _>>()?;
+    if pictures.is_empty() {
+        pictures.push(blank());
+    }
+    let (first_width, first_height) = (pictures[0].width, pictures[0].height);
+    for (index, picture) in pictures.iter().enumerate() {
+        let (width, height) = (picture.width, picture.height);
+        if (width, height) != (first_width, first_height) {
+            return Err(LoadError::TextureSizesDiffer {
+                index,
+                width,
+                height,
+                first_width,
+                first_height,
+            });
+        }
+    }
+    let layers = layer_count(pictures.len() as u32);
+    let limit = device.limits().max_texture_array_layers;
+    if layers > limit {
+        return Err(LoadError::TooManyTextures {
+            count: pictures.len(),
+            limit: limit as usize,
+        });
+    }
+    let texture = make(device, "texture views", (first_width, first_height), layers)?;
+    for (layer, picture) in (0..).zip(&pictures) {
+        write(queue, &texture, layer, picture);
+    }
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    }))
+}
+
+/// One picture.
+pub(crate) fn upload_picture(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    picture: &ColourImage,
+) -> Result<wgpu::TextureView, LoadError> {
+    let texture = make(device, "atlas", (picture.width, picture.height), 1)?;
+    write(queue, &texture, 0, picture);
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+}
+
+fn make(
+    device: &wgpu::Device,
+    label: &str,
+    (width, height): (u32, u32),
+    layers: u32,
+) -> Result<wgpu::Texture, LoadError> {
+    let limit = device.limits().max_texture_dimension_2d;
+    if width.max(height) > limit {
+        return Err(LoadError::TextureTooLarge {
+            width,
+            height,
+            limit,
+        });
+    }
+    Ok(device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: layers,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    }))
+}
+
+/// Fills one layer of a texture with a picture of its size.
+fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: u32, picture: &ColourImage) {
+    let mut to = texture.as_image_copy();
+    to.origin.z = layer;
+    queue.write_texture(
+        to,
+        &picture.rgba,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(4 * picture.width),
+            rows_per_image: None,
+        },
+        wgpu::Extent3d {
+            width: picture.width,
+            height: picture.height,
+            depth_or_array_layers: 1,
+        },
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_layer_count_is_taken_for_a_plain_image_or_a_cube() {
+        for views in 0..=64 {
+            let layers = layer_count(views);
+            assert!(
+                layers >= views.max(2) && !layers.is_multiple_of(6),
+                "{layers}"
+            );
+        }
+    }
+}

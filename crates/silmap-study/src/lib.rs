@@ -1,0 +1,28 @@
+//! From an asset to a picture: the coarse hull, its paint, and the interpolated outline that clips it.
+//!
+//! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
+//! 1999, section 8. Lines of the full mesh: Raskar, Cohen. Image Precision Silhouette Edges. I3D 1999.
+
+mod blend;
+mod clip;
+mod colour_difference;
+mod frame;
+mod hull_paint;
+mod image_precision;
+mod layouts;
+mod model;
+mod passes;
+mod picture;
+mod pipelines;
+mod renderer;
+mod targets;
+
+pub use colour_difference::ColourDifference;
+pub use frame::{
+    Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FanApex, FrameParams, Mode, Paint,
+    PictureOptions, RenderError,
+};
+pub use hull_paint::HullPaintUniform;
+pub use image_precision::EdgeLinesUniform;
+pub use layouts::{MaterialUniform, TintUniform, ViewUniform};
+pub use renderer::PictureRenderer;
