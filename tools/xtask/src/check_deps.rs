@@ -97,6 +97,15 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-cli",
         ],
     ),
+    (
+        "example-headless",
+        &["silmap-geometry", "silmap-map", "silmap-runtime"],
+    ),
+    ("example-embed", &["silmap-map", "silmap-runtime"]),
+    (
+        "example-web",
+        &["silmap-geometry", "silmap-map", "silmap-runtime"],
+    ),
     ("xtask", &[]),
 ];
 

@@ -1,9 +1,10 @@
 //! Development tasks: `cargo xtask check-deps` checks the dependencies of crates and modules, `cargo xtask bless` accepts what a test
-//! produced as its new reference.
+//! produced as its new reference, `cargo xtask web` builds the example that is a web page.
 
 mod bless;
 mod check_deps;
 mod module_cycles;
+mod web;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -15,6 +16,8 @@ usage: cargo xtask TASK
   check-deps       fails when a crate depends on one it may not know, or modules of a crate depend on each other
   bless            lists references that a test run found different or missing
   bless NAME...    accepts what the tests produced for them (`bless --all` for every one)
+  web DIR [--release]
+                   builds examples/web as a folder for a web server
 ";
 
 fn main() -> ExitCode {
@@ -22,6 +25,10 @@ fn main() -> ExitCode {
     let outcome = match arguments.split_first() {
         Some((task, [])) if task == "check-deps" => check_deps::run(&repository_root()),
         Some((task, names)) if task == "bless" => bless::run(&repository_root(), names),
+        Some((task, [folder])) if task == "web" => web::run(&repository_root(), folder, false),
+        Some((task, [folder, release])) if task == "web" && release == "--release" => {
+            web::run(&repository_root(), folder, true)
+        }
         _ => {
             say_to(&mut std::io::stderr(), USAGE);
             return ExitCode::from(2);
