@@ -127,7 +127,7 @@ impl Program {
         if seconds > 1.0 {
             let rate = f64::from(self.drawn - before) / seconds;
             window.set_title(&format!(
-                "silmap: {rate:.0} frames a second, {} instances in {} draw calls, {} outlines made",
+                "silmap: {rate:.1} frames a second, {} instances in {} draw calls, {} outlines made",
                 stats.drawn, stats.draw_calls, stats.interpolated
             ));
             self.title_after = (Instant::now(), self.drawn);

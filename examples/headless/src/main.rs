@@ -10,6 +10,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, ensure};
 use clap::Parser;
+use glam::DQuat;
 use silmap_geometry::Camera;
 use silmap_runtime::{Instance, Renderer, Transform, View};
 
@@ -53,26 +54,29 @@ fn draw(options: &Options) -> anyhow::Result<String> {
     let camera = Camera::fit_sphere(eye, model.center, model.radius, None, (side, side))?;
     let (distance, reach) = (eye.distance(hull.center), 1.01 * hull.radius);
     let near = (distance - reach).max(0.01 * distance);
+    let step = (0.5 * camera.right + camera.forward) * model.radius;
+    let far = distance + reach + f64::from(options.copies) * model.radius;
     let view = View {
-        clip_from_world: camera.clip_from_object(near, distance + reach),
+        clip_from_world: camera.clip_from_object(near, far),
         size_px: (side, side),
     };
-    let instances = [Instance::new(&loaded, Transform::IDENTITY)];
+    let places = (0..options.copies).map(|k| step * f64::from(k));
+    let places: Vec<_> = places
+        .map(|place| Transform::new(1.0, DQuat::IDENTITY, place))
+        .collect::<Result<_, _>>()?;
+    let instances: Vec<_> = (places.iter())
+        .map(|&place| Instance::new(&loaded, place))
+        .collect();
     renderer.prepare(&device, &queue, &view, &instances)?;
     let target = Target::new(&device, &renderer.options().formats, side);
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     renderer.draw(&mut target.pass(&mut encoder));
     let pixels = target.read(&device, &queue, encoder)?;
 
-    let name = options.picture.display().to_string();
-    image::save_buffer(
-        &options.picture,
-        &pixels,
-        side,
-        side,
-        image::ColorType::Rgba8,
-    )
-    .context(name)?;
+    image::RgbaImage::from_raw(side, side, pixels)
+        .context("a picture of another size was read back")?
+        .save(&options.picture)
+        .with_context(|| options.picture.display().to_string())?;
     let info = adapter.get_info();
     Ok(format!("{} ({:?})", info.name, info.backend))
 }

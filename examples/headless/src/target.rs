@@ -3,14 +3,6 @@
 use anyhow::Context;
 use silmap_runtime::TargetFormats;
 
-/// Linear colour behind the model.
-const BACKGROUND: wgpu::Color = wgpu::Color {
-    r: 0.6,
-    g: 0.6,
-    b: 0.6,
-    a: 1.0,
-};
-
 /// What a pass draws to: colour, with as many samples as the formats say, and depth.
 #[derive(Debug)]
 pub(crate) struct Target {
@@ -57,7 +49,7 @@ impl Target {
         }
     }
 
-    /// A pass over a plain background.
+    /// A pass over white.
     pub(crate) fn pass<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
         let discard = wgpu::StoreOp::Discard;
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -67,7 +59,7 @@ impl Target {
                 depth_slice: None,
                 resolve_target: self.sampled.as_ref().map(|_| &self.resolved),
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(BACKGROUND),
+                    load: wgpu::LoadOp::Clear(wgpu::Color::WHITE),
                     store: wgpu::StoreOp::Store,
                 },
             })],

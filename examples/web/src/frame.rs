@@ -12,14 +12,6 @@ use crate::device::Gpu;
 const PAUSE_MILLIS: i32 = 4;
 const MOST_PAUSES: u32 = 15_000;
 
-/// Linear colour behind the model.
-const BACKGROUND: wgpu::Color = wgpu::Color {
-    r: 0.6,
-    g: 0.6,
-    b: 0.6,
-    a: 1.0,
-};
-
 /// What a pass draws to: colour, with as many samples as the formats say, and depth.
 #[derive(Debug)]
 pub(crate) struct Frame {
@@ -66,7 +58,7 @@ impl Frame {
         }
     }
 
-    /// A pass over a plain background.
+    /// A pass over white.
     pub(crate) fn pass<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
         let discard = wgpu::StoreOp::Discard;
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -76,7 +68,7 @@ impl Frame {
                 depth_slice: None,
                 resolve_target: self.sampled.as_ref().map(|_| &self.resolved),
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(BACKGROUND),
+                    load: wgpu::LoadOp::Clear(wgpu::Color::WHITE),
                     store: wgpu::StoreOp::Store,
                 },
             })],

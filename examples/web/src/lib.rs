@@ -6,7 +6,7 @@
 mod device;
 mod frame;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use silmap_geometry::Camera;
 use silmap_runtime::{
     Antialias, DepthDirection, DepthTarget, Instance, Renderer, RendererOptions, TargetFormats,
@@ -59,6 +59,8 @@ pub struct Options {
     pub clip: Clip,
     /// What smooths
     pub edges: Edges,
+    /// How many of them, one behind the other
+    pub copies: u32,
     /// Pixels a side
     pub size: u32,
     /// The eye, seen from the model's middle, in radii of the sphere about it
@@ -79,6 +81,7 @@ impl Options {
             backend,
             clip: Clip::Stencil,
             edges: Edges::Samples,
+            copies: 1,
             size: 512,
             x: 1.5,
             y: 1.0,
@@ -159,11 +162,19 @@ pub async fn draw(asset: Vec<u8>, options: Options) -> Result<Picture, JsError> 
     let camera = Camera::fit_sphere(eye, model.center, model.radius, None, size_px)?;
     let (distance, reach) = (eye.distance(hull.center), 1.01 * hull.radius);
     let near = (distance - reach).max(0.01 * distance);
+    let step = (0.5 * camera.right + camera.forward) * model.radius;
+    let far = distance + reach + f64::from(options.copies) * model.radius;
     let view = View {
-        clip_from_world: camera.clip_from_object(near, distance + reach),
+        clip_from_world: camera.clip_from_object(near, far),
         size_px,
     };
-    let instances = [Instance::new(&loaded, Transform::IDENTITY)];
+    let places = (0..options.copies).map(|k| step * f64::from(k));
+    let places: Vec<_> = places
+        .map(|place| Transform::new(1.0, DQuat::IDENTITY, place))
+        .collect::<Result<_, _>>()?;
+    let instances: Vec<_> = (places.iter())
+        .map(|&place| Instance::new(&loaded, place))
+        .collect();
     renderer.prepare(&gpu.device, &gpu.queue, &view, &instances)?;
     let frame = Frame::new(&gpu.device, &renderer.options().formats, options.size);
     let mut encoder = gpu
