@@ -28,6 +28,9 @@ pub(crate) type Texel = [u32; 4];
 /// The apex of a point that begins no edge.
 pub(crate) const NO_EDGE: u32 = u32::MAX;
 
+/// Texels before the points.
+const HEADER: usize = 3;
+
 /// Room about the bounding sphere in the picture that an outline is sorted in.
 const ROOM: f64 = 1.02;
 
@@ -66,6 +69,15 @@ impl Frame {
         let [x, y, w] = self.rows.map(|row| row.dot(point.extend(1.0)));
         DVec2::new(x, y) / w
     }
+}
+
+/// The points of an outline that begins with these texels, relative to the hull's origin, and whether an edge begins at each.
+pub(crate) fn points_of(texels: &[Texel]) -> impl Iterator<Item = (DVec3, bool)> + '_ {
+    let points = texels[HEADER..].iter().take(texels[0][0] as usize);
+    points.map(|&[x, y, z, apex]| {
+        let place = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
+        (DVec3::from(place), apex != NO_EDGE)
+    })
 }
 
 /// What an interpolated outline is asked for with.
@@ -140,7 +152,6 @@ impl CurveBuilder {
         if !self.bands.sort(&self.seen, &self.is_edge, params) {
             return None;
         }
-        const HEADER: usize = 3;
         let n_points = self.points.len();
         let bands_at = HEADER + n_points;
         let edges_at = bands_at + self.bands.starts.len().div_ceil(8);
