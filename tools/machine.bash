@@ -76,18 +76,19 @@ need_browser() {
     install_packages chromium
 }
 
-# on_a_display COMMAND...: runs a command on a display that exists in memory alone. Needs Xvfb.
+# on_a_display COMMAND...: runs a command on a display that exists in memory alone, whose picture is in the file DISPLAY_PICTURE (XWD).
+# Needs Xvfb.
 on_a_display() {
     local folder server status=0
     folder=$(mktemp -d)
     temporary+=("$folder")
-    Xvfb -displayfd 3 -screen 0 1280x1024x24 -nolisten tcp 3>"$folder/number" 2>/dev/null &
+    Xvfb -displayfd 3 -screen 0 1280x1024x24 -nolisten tcp -fbdir "$folder" 3>"$folder/number" 2>/dev/null &
     server=$!
     until [ -s "$folder/number" ]; do
         kill -0 "$server" || return 1
         sleep 0.1
     done
-    DISPLAY=:$(cat "$folder/number") timeout 300 "$@" || status=$?
+    DISPLAY=:$(cat "$folder/number") DISPLAY_PICTURE=$folder/Xvfb_screen0 timeout 300 "$@" || status=$?
     kill "$server"
     wait "$server" || true
     return "$status"

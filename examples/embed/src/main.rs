@@ -98,12 +98,22 @@ impl Program {
             .with_inner_size(LogicalSize::new(1024, 768));
         let window = events.create_window(attributes).context("no window")?;
         let window = Arc::new(window);
-        let display = Box::new(events.owned_display_handle());
-        let stage = Stage::open(&window, display, &self.asset, &self.options)?;
+        let stage = self.stage(&window, events)?;
         Ok((window, stage))
     }
 
+    fn stage(&self, window: &Arc<Window>, events: &ActiveEventLoop) -> anyhow::Result<Stage> {
+        let display = Box::new(events.owned_display_handle());
+        Stage::open(window, display, &self.asset, &self.options)
+    }
+
     fn frame(&mut self, events: &ActiveEventLoop) -> anyhow::Result<()> {
+        if let Some((window, stage)) = self.window.take_if(|(_, stage)| stage.is_lost()) {
+            // What draws to a window must be gone before something else does.
+            drop(stage);
+            let stage = self.stage(&window, events)?;
+            self.window = Some((window, stage));
+        }
         let Some((window, stage)) = &mut self.window else {
             return Ok(());
         };
@@ -112,10 +122,6 @@ impl Program {
         match self.options.frames {
             Some(_) => self.camera.walk(),
             None => self.camera.fly(seconds.min(0.1)),
-        }
-        if stage.is_lost() {
-            let display = Box::new(events.owned_display_handle());
-            *stage = Stage::open(window, display, &self.asset, &self.options)?;
         }
         let Some(stats) = stage.frame(window, &self.camera)? else {
             // Nothing can be drawn now: an event says when it can.
