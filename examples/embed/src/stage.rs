@@ -165,12 +165,14 @@ impl Stage {
                 self.follow(window);
                 Ok(None)
             }
-            Lost => {
-                if !self.is_lost() {
-                    self.surface = self.instance.create_surface(Arc::clone(window))?;
-                    self.follow(window);
-                }
+            // With its device: the next frame opens another.
+            Lost | Validation if self.is_lost() => {
                 window.request_redraw();
+                Ok(None)
+            }
+            Lost => {
+                self.surface = self.instance.create_surface(Arc::clone(window))?;
+                self.follow(window);
                 Ok(None)
             }
             Timeout => {
