@@ -211,7 +211,7 @@ fn a_warm_frame_allocates_nothing() {
             },
         )
         .unwrap();
-        let mut walk = |renderer: &mut Renderer| {
+        let walk = |renderer: &mut Renderer| {
             for k in 0..40 {
                 let view = view_of(&camera(k), 25.0 * radius, DepthDirection::Forward);
                 let stats = renderer.plan(&view, &instances).unwrap();
