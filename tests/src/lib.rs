@@ -12,3 +12,9 @@ pub mod tolerance;
 #[doc = include_str!("../../README.md")]
 #[cfg(doctest)]
 pub mod readme {}
+
+/// READMEs of crates, with theirs.
+#[doc = include_str!("../../crates/silmap-map/README.md")]
+#[doc = include_str!("../../crates/silmap-runtime/README.md")]
+#[cfg(doctest)]
+pub mod readmes_of_crates {}
