@@ -30,7 +30,7 @@ struct Options {
     #[arg(long, value_name = "FILE.glb")]
     model: PathBuf,
     /// How many of them
-    #[arg(long, value_name = "COUNT", default_value_t = 1000)]
+    #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
     instances: u32,
     /// Clip in the fragment shader, in a pass without a stencil
     #[arg(long)]

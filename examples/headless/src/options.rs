@@ -17,7 +17,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "X,Y,Z", default_value = "1.5,1,3", allow_hyphen_values = true, value_parser = point)]
     pub(crate) from: DVec3,
     /// How many of them, one behind the other
-    #[arg(long, value_name = "COUNT", default_value_t = 1)]
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=10_000))]
     pub(crate) copies: u32,
     /// Pixels a side
     #[arg(long, value_name = "PIXELS", default_value_t = 512)]

@@ -17,6 +17,8 @@ use wasm_bindgen::prelude::*;
 use crate::device::Gpu;
 use crate::frame::Frame;
 
+const MOST_COPIES: u32 = 10_000;
+
 /// What draws.
 #[wasm_bindgen]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,6 +155,9 @@ pub async fn draw(asset: Vec<u8>, options: Options) -> Result<Picture, JsError> 
     if !(1..=most).contains(&options.size) {
         let refusal = format!("a picture has 1 to {most} pixels a side");
         return Err(JsError::new(&refusal));
+    }
+    if options.copies > MOST_COPIES {
+        return Err(JsError::new("there are too many copies"));
     }
     let mut renderer = Renderer::new(&gpu.device, options.renderer())?;
     let loaded = renderer.load(&gpu.device, &gpu.queue, &asset)?;

@@ -30,21 +30,26 @@ pub(crate) fn run(root: &Path, folder: &str, is_release: bool) -> anyhow::Result
     let mut command = std::process::Command::new(program);
     command.args(["build", "--locked", "--target", TARGET]);
     command.args(["--package", "example-web"]);
-    command.args(is_release.then_some("--release"));
+    let profile = if is_release { "web" } else { "dev" };
+    command.args(["--profile", profile]);
     let status = command.current_dir(root).status();
     ensure!(
         status.context("cargo could not be started")?.success(),
         "the library of the page does not build"
     );
     let built = std::env::var_os("CARGO_TARGET_DIR").map_or(root.join("target"), Into::into);
-    let profile = if is_release { "release" } else { "debug" };
-    let module = built.join(TARGET).join(profile).join("example_web.wasm");
+    let built = built
+        .join(TARGET)
+        .join(if is_release { profile } else { "debug" });
+    let module = built.join("example_web.wasm");
     let folder = Path::new(folder);
     wasm_bindgen_cli_support::Bindgen::new()
         .input_path(&module)
         .web(true)?
         .typescript(false)
         .omit_default_module_path(false)
+        .remove_name_section(is_release)
+        .remove_producers_section(is_release)
         .generate(folder)
         .context("wasm-bindgen does not take the module")?;
     let page = root.join("examples/web/index.html");
