@@ -20,6 +20,7 @@ mod plan;
 mod renderer;
 pub mod shaders;
 mod textures;
+mod thin;
 mod view;
 
 pub use asset::LoadedAsset;
