@@ -28,6 +28,9 @@ pub(crate) type Texel = [u32; 4];
 /// The apex of a point that begins no edge.
 pub(crate) const NO_EDGE: u32 = u32::MAX;
 
+/// Texels before the points.
+const HEADER: usize = 3;
+
 /// Room about the bounding sphere in the picture that an outline is sorted in.
 const ROOM: f64 = 1.02;
 
@@ -140,20 +143,13 @@ impl CurveBuilder {
         if !self.bands.sort(&self.seen, &self.is_edge, params) {
             return None;
         }
-        const HEADER: usize = 3;
         let n_points = self.points.len();
         let bands_at = HEADER + n_points;
         let edges_at = bands_at + self.bands.starts.len().div_ceil(8);
         let cells_at = edges_at + self.bands.edges.len().div_ceil(8);
         texels.push([n_points, params.bands, params.cells, 0].map(|n| n as u32));
         texels.push([bands_at, edges_at, cells_at, 0].map(|n| n as u32));
-        let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
-        let [x, y, z] = bits(frame.right);
-        texels.push([x, y, z, 0]);
-        for (point, &apex) in self.points.iter().zip(&self.apexes) {
-            let [x, y, z] = bits(point - origin);
-            texels.push([x, y, z, apex]);
-        }
+        self.push_points(frame, origin, texels);
         push_halves(&self.bands.starts, texels);
         push_halves(&self.bands.edges, texels);
         for cells in self.bands.cells.chunks(64) {
@@ -164,6 +160,33 @@ impl CurveBuilder {
             texels.push(texel);
         }
         Some(n_points as u32)
+    }
+
+    /// Appends the texels that fans need, without bands and cells, which may be too few for what the stencil can count; returns the
+    /// number of points.
+    pub(crate) fn encode_fans(
+        &mut self,
+        frame: &Frame,
+        origin: DVec3,
+        texels: &mut Vec<Texel>,
+    ) -> u32 {
+        self.close_loops(frame);
+        let n_points = self.points.len() as u32;
+        texels.push([n_points, 0, 0, 0]);
+        texels.push([0; 4]);
+        self.push_points(frame, origin, texels);
+        n_points
+    }
+
+    /// Appends the frame's right and the points.
+    fn push_points(&self, frame: &Frame, origin: DVec3, texels: &mut Vec<Texel>) {
+        let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
+        let [x, y, z] = bits(frame.right);
+        texels.push([x, y, z, 0]);
+        for (point, &apex) in self.points.iter().zip(&self.apexes) {
+            let [x, y, z] = bits(point - origin);
+            texels.push([x, y, z, apex]);
+        }
     }
 
     /// Lays out points with their fans' apexes: the point of median height, so that triangles are wide.

@@ -123,7 +123,7 @@ pub enum Paint {
 /// they wind a number of times other than zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpaceLoops {
-    /// Closed loops of three or more points each.
+    /// Closed loops of three or more points each; others are left out. Where none is left nothing is drawn.
     pub loops: Vec<Vec<DVec3>>,
 }
 

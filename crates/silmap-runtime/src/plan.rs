@@ -23,7 +23,7 @@ use crate::{Antialias, ClipBy, PrepareError, RendererOptions};
 pub struct FrameStats {
     /// Instances that are drawn.
     pub drawn: usize,
-    /// Instances out of the picture.
+    /// Instances out of the picture, or clipped by no loop at all.
     pub out_of_view: usize,
     /// Instances drawn whole: their outline was not asked for, the eye is within the model's bounding sphere, or there is no outline.
     pub whole: usize,
@@ -198,6 +198,13 @@ impl Plan {
     fn add(&mut self, k: usize, instance: &Instance<'_>, eye: &Eye) {
         let asset = &instance.asset.0;
         let transform = &instance.transform;
+        if let Outline::Given(given) = instance.outline
+            && given.loops.iter().all(|points| points.len() < 3)
+        {
+            // Nothing is inside of no loops.
+            self.stats.out_of_view += 1;
+            return;
+        }
         let middle = transform.point(asset.origin);
         let radius = asset.radius * transform.scale * ROOM;
         let Some(rect) = eye.rect(middle, radius) else {
@@ -314,8 +321,15 @@ impl Plan {
         let start = worker.texels.len();
         worker.builder.assign(loops);
         let frame = Frame::new(place, map.center, map.radius);
-        let sorting = sorting_of(&cell, &exact);
-        let points = (worker.builder).encode(&frame, asset.origin, &sorting, &mut worker.texels)?;
+        let points = match self.clip {
+            ClipBy::Stencil => {
+                (worker.builder).encode_fans(&frame, asset.origin, &mut worker.texels)
+            }
+            ClipBy::Coverage => {
+                let sorting = sorting_of(&cell, &exact);
+                (worker.builder).encode(&frame, asset.origin, &sorting, &mut worker.texels)?
+            }
+        };
         let texels = start..worker.texels.len();
         self.keep(&cell, 0, texels, points)
     }
