@@ -3,8 +3,8 @@
 use glam::DVec2;
 use silmap_geometry::{Camera, CameraError, Loop};
 use silmap_gpu::{GpuError, wgpu};
-use silmap_map::polytope::PolytopeError;
 use silmap_map::{InterpolateError, Method};
+use silmap_runtime::{LoadError, Paint, PrepareError};
 use thiserror::Error;
 
 /// What is drawn.
@@ -72,6 +72,15 @@ impl Mode {
         matches!(self, Self::Original | Self::Difference | Self::Edges(_))
     }
 
+    /// Whether the mode shows the hull.
+    #[must_use]
+    pub fn shows_hull(self) -> bool {
+        matches!(
+            self,
+            Self::Coarse | Self::Textured | Self::Clipped | Self::Exact
+        )
+    }
+
     /// Whether the mode is clipped by an outline or shows it.
     #[must_use]
     pub fn needs_outline(self) -> bool {
@@ -80,20 +89,6 @@ impl Mode {
             Self::Clipped | Self::Exact | Self::Silhouette | Self::Difference
         )
     }
-}
-
-/// What the hull shows in the modes that paint it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Paint {
-    /// The texture views nearest to the eye, blended so that nothing pops; tiles of the atlas where no view sees the face.
-    #[default]
-    Blended,
-    /// The paper's: the one nearest texture view that sees the face; tiles where none does.
-    Nearest,
-    /// The blended texture views alone; lit where none sees the face.
-    Views,
-    /// The atlas alone, as in any glTF viewer.
-    Tiles,
 }
 
 /// How edges are smoothed.
@@ -118,33 +113,20 @@ pub enum Background {
     Colour([u8; 3]),
 }
 
-/// Where the triangle fan of a loop has its apex. Any point does; it decides how many pixels the triangles pass over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum FanApex {
-    /// In the loop's vertex of median height: wide triangles, and two fewer than edges.
-    #[default]
-    MedianVertex,
-    /// In the middle of the loop's vertices.
-    Centroid,
-}
-
 /// A region of the image, as loops of whatever origin.
 #[derive(Clone, Copy, Debug)]
 pub struct ClipShape<'a> {
-    /// How each loop becomes triangles.
-    pub apex: FanApex,
     /// Loops in pixels of the frame's camera. They hold the points about which they wind a number of times other than zero; up to 127
     /// windings are counted.
     pub loops: &'a [Loop],
     /// The region's outline without overlaps, for smoothing; may be empty unless [`Antialias::Soft`] or
-    /// [`Mode::Silhouette`] is asked for.
+    /// [`Mode::Silhouette`] is asked for. [`Antialias::Soft`] draws nothing beyond the model's bounding sphere.
     pub outline: &'a [Loop],
 }
 
 impl ClipShape<'_> {
     /// The region without a point.
     pub const EMPTY: Self = Self {
-        apex: FanApex::MedianVertex,
         loops: &[],
         outline: &[],
     };
@@ -197,9 +179,20 @@ pub enum RenderError {
     /// The outline cannot be interpolated.
     #[error(transparent)]
     Interpolate(#[from] InterpolateError),
-    /// The silhouette map is broken.
+    /// The asset cannot be drawn.
     #[error(transparent)]
-    Map(#[from] PolytopeError),
+    Load(#[from] LoadError),
+    /// The camera's matrix cannot be used.
+    #[error(transparent)]
+    View(#[from] PrepareError),
+    /// The outline has more edges than can be told apart.
+    #[error(
+        "the outline has {points} points, more than soft edges can be made of: smooth it by samples, or not at all"
+    )]
+    OutlineTooDetailed {
+        /// Its points.
+        points: usize,
+    },
     /// The image is larger than the adapter can draw.
     #[error(
         "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -238,30 +231,6 @@ pub enum RenderError {
     /// A loop has a point that is not a number.
     #[error("a loop of the outline has a point that is not finite")]
     LoopNotFinite,
-    /// A texture's bytes are no picture.
-    #[error("texture {index} of the asset cannot be decoded: {reason}")]
-    BadTexture {
-        /// Which texture view; their count stands for the atlas.
-        index: usize,
-        /// What the decoder said.
-        reason: String,
-    },
-    /// The texture views differ in size.
-    #[error(
-        "texture view {index} of the asset has {width} × {height} pixels, the first one {first_width} × {first_height}"
-    )]
-    TextureSizesDiffer {
-        /// The odd one.
-        index: usize,
-        /// Its columns.
-        width: u32,
-        /// Its rows.
-        height: u32,
-        /// Columns of the first.
-        first_width: u32,
-        /// Rows of the first.
-        first_height: u32,
-    },
     /// A texture is larger than the adapter can hold.
     #[error(
         "a texture of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -273,20 +242,6 @@ pub enum RenderError {
         height: u32,
         /// The adapter's limit.
         limit: u32,
-    },
-    /// There are more texture views than a face's visibility bits can name.
-    #[error("the asset has {count} texture views; at most {limit} can be used")]
-    TooManyTextures {
-        /// How many there are.
-        count: usize,
-        /// How many there may be.
-        limit: usize,
-    },
-    /// Parts of the asset do not belong together.
-    #[error("the asset's hull is broken: {what}")]
-    BadHull {
-        /// What does not fit.
-        what: &'static str,
     },
     /// A material's texture, or a material itself, is missing from the model.
     #[error("the model's appearance is broken: {what}")]

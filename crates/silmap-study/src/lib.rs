@@ -3,11 +3,11 @@
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
 //! 1999, section 8. Lines of the full mesh: Raskar, Cohen. Image Precision Silhouette Edges. I3D 1999.
 
-mod blend;
 mod clip;
 mod colour_difference;
+mod depth_range;
 mod frame;
-mod hull_paint;
+mod hulls;
 mod image_precision;
 mod layouts;
 mod model;
@@ -19,10 +19,10 @@ mod targets;
 
 pub use colour_difference::ColourDifference;
 pub use frame::{
-    Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FanApex, FrameParams, Mode, Paint,
-    PictureOptions, RenderError,
+    Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FrameParams, Mode, PictureOptions,
+    RenderError,
 };
-pub use hull_paint::HullPaintUniform;
 pub use image_precision::EdgeLinesUniform;
 pub use layouts::{MaterialUniform, TintUniform, ViewUniform};
 pub use renderer::PictureRenderer;
+pub use silmap_runtime::Paint;
