@@ -9,7 +9,7 @@ use std::path::Path;
 use naga::back::glsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use silmap_gpu::shaders::{self, Shader};
-use silmap_study::{EdgeLinesUniform, MaterialUniform, TintUniform, ViewUniform};
+use silmap_study::{EdgeLinesUniform, GroundUniform, MaterialUniform, TintUniform, ViewUniform};
 
 /// Crates that have shaders, and theirs.
 const TABLES: &[(&str, &[Shader])] = &[
@@ -142,6 +142,10 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
         (
             wgsl_layout(&shaders::TINT, "Tint"),
             rust_layout!(TintUniform, colour),
+        ),
+        (
+            wgsl_layout(&shaders::GROUND_SHADOW, "Ground"),
+            rust_layout!(GroundUniform, corners, strength, texel, room),
         ),
         (
             wgsl_layout(&shaders::SOUP_NEAR, "EdgeLines"),

@@ -58,6 +58,8 @@ shaders! {
     STENCIL_COVER = "stencil_cover" after [SCREEN];
     /// Coverage near the segments of the outline.
     EDGE_COVERAGE = "edge_coverage" after [VIEW];
+    /// The shadow on the ground, by a light's depths.
+    GROUND_SHADOW = "ground_shadow" after [];
     /// One colour by a coverage.
     TINT = "tint" after [SCREEN];
     /// Where two masks differ.

@@ -13,6 +13,7 @@ mod cells;
 mod curve;
 mod instance;
 mod interpolate;
+mod light;
 mod options;
 mod outline_cache;
 mod pipelines;
@@ -24,6 +25,7 @@ mod view;
 
 pub use asset::LoadedAsset;
 pub use instance::{Instance, Outline, Paint, SpaceLoops, Transform, TransformError};
+pub use light::LightError;
 pub use options::{
     Antialias, ClipBy, DepthDirection, DepthTarget, LoadError, OptionsError, PrepareError,
     RendererOptions, TargetFormats,

@@ -1,10 +1,10 @@
 //! Parameters and errors of a frame.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CameraError, Loop};
 use silmap_gpu::{GpuError, wgpu};
 use silmap_map::{InterpolateError, Method};
-use silmap_runtime::{LoadError, Paint, PrepareError};
+use silmap_runtime::{LightError, LoadError, Paint, PrepareError};
 use thiserror::Error;
 
 /// What is drawn.
@@ -81,6 +81,12 @@ impl Mode {
         )
     }
 
+    /// Whether the mode can show the object's shadow: the outline that a light sees is known.
+    #[must_use]
+    pub fn casts_shadow(self) -> bool {
+        matches!(self, Self::Coarse | Self::Textured | Self::Clipped)
+    }
+
     /// Whether the mode is clipped by an outline or shows it.
     #[must_use]
     pub fn needs_outline(self) -> bool {
@@ -147,6 +153,15 @@ impl Default for PictureOptions {
     }
 }
 
+/// A shadow on the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowParams {
+    /// The direction to the light, of any length.
+    pub to_light: DVec3,
+    /// The direction away from the ground, of any length. The ground touches the object's lowest point.
+    pub up: DVec3,
+}
+
 /// One frame.
 #[derive(Clone, Debug)]
 pub struct FrameParams {
@@ -164,6 +179,8 @@ pub struct FrameParams {
     pub background: Background,
     /// Lines in [`Mode::Edges`].
     pub edges: EdgeParams,
+    /// The shadow on the ground, in modes that [cast one](Mode::casts_shadow).
+    pub shadow: Option<ShadowParams>,
 }
 
 /// Why there is no picture.
@@ -223,6 +240,21 @@ pub enum RenderError {
         /// The mode asked for.
         mode: Mode,
     },
+    /// The mode has no shadow.
+    #[error("mode {mode:?} casts no shadow")]
+    NoShadow {
+        /// The mode asked for.
+        mode: Mode,
+    },
+    /// The light of the shadow has no view.
+    #[error(transparent)]
+    Light(#[from] LightError),
+    /// The light does not fall on the ground from above.
+    #[error("the light is not above the ground, by one degree at least: there is no shadow")]
+    LightBelowGround,
+    /// There is no outline from the light.
+    #[error("the outline that the light sees cannot be interpolated")]
+    NoOutlineOfShadow,
     /// The nearest faces have not been found for this camera.
     #[error(
         "the nearest faces have not been found for this camera: frames by item buffer can only be rendered, not recorded"

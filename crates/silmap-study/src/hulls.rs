@@ -59,6 +59,11 @@ impl Hulls {
         Ok(())
     }
 
+    /// What is loaded.
+    pub(crate) fn asset(&self) -> Option<&LoadedAsset> {
+        self.asset.as_ref()
+    }
+
     /// The renderer that draws to a format, smoothed in a way.
     fn index_of(&mut self, gpu: &Gpu, format: wgpu::TextureFormat, antialias: Antialias) -> usize {
         let is_it =

@@ -63,6 +63,7 @@ pub(crate) struct Layouts {
     pub(crate) two_masks: wgpu::BindGroupLayout,
     pub(crate) material: wgpu::BindGroupLayout,
     pub(crate) edge_lines: wgpu::BindGroupLayout,
+    pub(crate) ground: wgpu::BindGroupLayout,
 }
 
 impl Layouts {
@@ -95,12 +96,19 @@ impl Layouts {
         let mask = image(false);
         let picture = image(true);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let comparison = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+        let depths = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
         Self {
             view: layout("view", &[uniform]),
             tint: layout("tint", &[mask, uniform]),
             two_masks: layout("two masks", &[mask, mask]),
             material: layout("material", &[uniform, picture, sampler]),
             edge_lines: layout("edge lines", &[uniform]),
+            ground: layout("ground", &[uniform, depths, comparison]),
         }
     }
 }

@@ -15,14 +15,16 @@ mod passes;
 mod picture;
 mod pipelines;
 mod renderer;
+mod shadow;
 mod targets;
 
 pub use colour_difference::ColourDifference;
 pub use frame::{
     Antialias, Background, ClipShape, EdgeParams, EdgeStyle, FrameParams, Mode, PictureOptions,
-    RenderError,
+    RenderError, ShadowParams,
 };
 pub use image_precision::EdgeLinesUniform;
 pub use layouts::{MaterialUniform, TintUniform, ViewUniform};
 pub use renderer::PictureRenderer;
+pub use shadow::GroundUniform;
 pub use silmap_runtime::Paint;

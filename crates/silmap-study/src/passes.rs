@@ -64,10 +64,23 @@ impl FrameRecorder<'_> {
         });
     }
 
-    /// Hulls, as a renderer has them ready.
-    pub(crate) fn hulls(&mut self, hulls: &silmap_runtime::Renderer) {
-        let images = self.frame_images(hulls.options().formats.samples);
-        self.pass("hulls", images, |_, pass| hulls.draw(pass));
+    /// Hulls, as a renderer has them ready, over the ground with their shadow where there is one.
+    pub(crate) fn hulls(
+        &mut self,
+        hulls: &silmap_runtime::Renderer,
+        ground: Option<&wgpu::BindGroup>,
+    ) {
+        let samples = hulls.options().formats.samples;
+        let images = self.frame_images(samples);
+        let key = self.frame_key(Draw::Ground, StencilRole::Ignore, samples);
+        self.pass("hulls", images, |frame, pass| {
+            if let Some(ground) = ground {
+                frame.set(pass, key);
+                pass.set_bind_group(1, ground, &[]);
+                pass.draw(0..4, 0..1);
+            }
+            hulls.draw(pass);
+        });
     }
 
     /// The outline: a light inside and a line.

@@ -91,6 +91,8 @@ pub(crate) enum Draw {
     EdgeOutside,
     /// The outline as lines.
     EdgeLine,
+    /// The shadow on the ground.
+    Ground,
     /// A colour by coverage.
     Tint,
     /// Where two masks differ.
@@ -148,6 +150,7 @@ impl Draw {
             Self::Fans => shaders::STENCIL_FILL,
             Self::Cover => shaders::STENCIL_COVER,
             Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => shaders::EDGE_COVERAGE,
+            Self::Ground => shaders::GROUND_SHADOW,
             Self::Tint => shaders::TINT,
             Self::Difference => shaders::DIFFERENCE,
             Self::SoupNear => shaders::SOUP_NEAR,
@@ -161,6 +164,7 @@ impl Draw {
     fn groups(self, layouts: &Layouts) -> [Option<&wgpu::BindGroupLayout>; 3] {
         match self {
             Self::Model => [Some(&layouts.view), None, Some(&layouts.material)],
+            Self::Ground => [None, Some(&layouts.ground), None],
             Self::Tint => [None, Some(&layouts.tint), None],
             Self::Difference => [None, Some(&layouts.two_masks), None],
             Self::Cover => [None, None, None],
@@ -191,7 +195,7 @@ impl Draw {
             Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => {
                 vec![buffer(16, Instance, &SEGMENT_ATTRIBUTE[..])]
             }
-            Self::Cover | Self::Tint | Self::Difference => Vec::new(),
+            Self::Cover | Self::Ground | Self::Tint | Self::Difference => Vec::new(),
             Self::SoupNear | Self::SoupItems | Self::SoupEdges(_) => vec![
                 buffer(SOUP_STRIDE, Instance, &SOUP_ATTRIBUTES[..]),
                 buffer(4, Instance, &TAG_ATTRIBUTE[..]),
@@ -235,7 +239,7 @@ impl Draw {
         match self {
             Self::EdgeInside => extreme(wgpu::BlendOperation::Min),
             Self::EdgeOutside | Self::EdgeLine => extreme(wgpu::BlendOperation::Max),
-            Self::Tint => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+            Self::Ground | Self::Tint => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
             _ => None,
         }
     }
@@ -246,6 +250,13 @@ impl Draw {
             Self::EdgeOutside => &[("at_edge", 0.5), ("slope", -1.0)],
             Self::EdgeLine => &[("at_edge", LINE_AT_EDGE), ("slope", -1.0)],
             _ => &[],
+        }
+    }
+
+    fn topology(self) -> wgpu::PrimitiveTopology {
+        match self {
+            Self::Ground => wgpu::PrimitiveTopology::TriangleStrip,
+            _ => wgpu::PrimitiveTopology::TriangleList,
         }
     }
 
@@ -292,7 +303,10 @@ impl PipelineKey {
                 compilation_options: compilation_options.clone(),
                 buffers: &self.draw.vertex_buffers(),
             },
-            primitive: wgpu::PrimitiveState::default(),
+            primitive: wgpu::PrimitiveState {
+                topology: self.draw.topology(),
+                ..Default::default()
+            },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: DEPTH_STENCIL,
                 depth_write_enabled: Some(depth_write),

@@ -18,6 +18,7 @@ use crate::model::ModelBuffers;
 use crate::passes::{Canvas, FrameRecorder};
 use crate::picture::unpremultiply;
 use crate::pipelines::Pipelines;
+use crate::shadow::Shadows;
 use crate::targets::{Targets, texture_2d};
 use crate::{Background, ClipShape, FrameParams, Mode, PictureOptions, RenderError};
 
@@ -57,6 +58,7 @@ pub struct PictureRenderer {
     clip: ClipBuffers,
     targets: Option<Targets>,
     hulls: Hulls,
+    shadows: Shadows,
     model: Option<ModelBuffers>,
     soup: Option<Soup>,
     map: Option<(SilhouetteMap, MapReader)>,
@@ -91,6 +93,7 @@ impl PictureRenderer {
             clip: ClipBuffers::new(gpu),
             targets: None,
             hulls: Hulls::default(),
+            shadows: Shadows::new(gpu),
             model: None,
             soup: None,
             map: None,
@@ -105,6 +108,7 @@ impl PictureRenderer {
     pub fn load_asset(&mut self, gpu: &Gpu, asset: &Asset) -> Result<(), RenderError> {
         let reader = MapReader::new(&asset.map).map_err(LoadError::from)?;
         self.hulls.load(gpu, PICTURE, asset)?;
+        self.shadows.load(asset);
         self.map = Some((asset.map.clone(), reader));
         Ok(())
     }
@@ -357,6 +361,7 @@ impl PictureRenderer {
                 self.clip.load(gpu, shape)?;
             }
         }
+        let ground = self.record_shadow(gpu, encoder, params)?;
         let needs_items = params.edges.by_item_buffer;
         let mut frame = FrameRecorder {
             gpu,
@@ -374,7 +379,8 @@ impl PictureRenderer {
         match (params.mode, &self.model) {
             (Mode::Coarse | Mode::Textured | Mode::Clipped | Mode::Exact, _) => {
                 let of_frame = (params, shape);
-                frame.hulls(self.hulls.prepare(gpu, canvas.format, of_frame)?);
+                let hulls = self.hulls.prepare(gpu, canvas.format, of_frame)?;
+                frame.hulls(hulls, ground.as_ref());
             }
             (Mode::Original, Some(model)) => frame.original(model, params.antialias),
             (Mode::Silhouette, _) => frame.silhouette(params.antialias),
@@ -395,6 +401,25 @@ impl PictureRenderer {
         }
         gpu.check()?;
         Ok(())
+    }
+
+    /// Records what the light of a frame with a shadow sees. Returns what the ground is drawn with.
+    fn record_shadow(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        params: &FrameParams,
+    ) -> Result<Option<wgpu::BindGroup>, RenderError> {
+        let mode = params.mode;
+        let Some(shadow) = &params.shadow else {
+            return Ok(None);
+        };
+        if !mode.casts_shadow() {
+            return Err(RenderError::NoShadow { mode });
+        }
+        let asset = self.hulls.asset().ok_or(RenderError::NoAsset { mode })?;
+        let of_frame = (params, shadow);
+        (self.shadows).record((gpu, &self.layouts), encoder, asset, of_frame)
     }
 
     /// Whether the eye is outside of what is loaded.

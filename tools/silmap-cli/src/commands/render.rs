@@ -14,7 +14,7 @@ use silmap_measure::ExactShape;
 use silmap_mesh_io::{self as mesh_io, LoadedTriangles};
 use silmap_study::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, PictureOptions,
-    PictureRenderer, RenderError,
+    PictureRenderer, RenderError, ShadowParams,
 };
 
 use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
@@ -86,6 +86,12 @@ fn check_usage(args: &RenderArgs) {
             "this --mode shows an asset: name one, or choose original or edges-*",
         );
     }
+    if args.shadow.is_some() && !Mode::from(args.mode).casts_shadow() {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--shadow is for the modes coarse, textured and clipped",
+        );
+    }
     if args.soup && !matches!(Mode::from(args.mode), Mode::Edges(_)) {
         usage_error(
             ErrorKind::ArgumentConflict,
@@ -130,6 +136,10 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             width_px: args.width as f32,
             by_item_buffer: args.soup,
         },
+        shadow: args.shadow.map(|to_light| ShadowParams {
+            to_light,
+            up: args.camera.up.unwrap_or(DVec3::Y),
+        }),
     };
     let model = model.map(|(path, (mesh, _))| (path, mesh));
     let exact = match &model {
