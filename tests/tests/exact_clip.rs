@@ -211,6 +211,37 @@ fn loops_must_be_given() {
     );
 }
 
+/// More edges than the soft function of the outline can number: fans draw them, and it says so.
+#[test]
+fn an_outline_of_very_many_points_is_drawn_by_samples_or_refused() {
+    let Some(mut stage) = Stage::open() else {
+        return;
+    };
+    let camera = stage.cameras()[0];
+    let circle: Loop = (0..70_000)
+        .map(|k| DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 70_000.0))
+        .map(|p| p * 100.0 + 200.0)
+        .collect();
+    let few: Loop = circle.iter().copied().step_by(100).collect();
+    let (many, few) = ([circle], [few]);
+    for antialias in [Antialias::None, Antialias::Msaa] {
+        let how = (Mode::Exact, antialias);
+        let drawn = stage.draw(&camera, how, &shape(&many));
+        let wanted = stage.draw(&camera, how, &shape(&few));
+        let (inside, wrong) = misclassified(&drawn, &wanted);
+        assert!(inside > 5000 && wrong < 10, "{wrong} of {inside}");
+    }
+    let params = scene::frame(camera, Mode::Exact, Antialias::Soft);
+    let refused = (stage.renderer).render_shape(&stage.gpu, &params, &shape(&many));
+    assert!(
+        matches!(
+            refused,
+            Err(RenderError::OutlineTooDetailed { points: 70_000 })
+        ),
+        "{refused:?}"
+    );
+}
+
 /// More layers in front of each other than any model of these tests has: the count must not wrap to nothing.
 #[test]
 fn a_hundred_windings_are_inside() {

@@ -1,4 +1,5 @@
-//! From an asset to a picture: the coarse hull, its paint, and the interpolated outline that clips it.
+//! Single pictures of an asset and its model, for looking and comparing: the hull whole or clipped, its shadow, the full mesh, the outline,
+//! differences, silhouette edges. Hulls are drawn by `silmap-runtime`.
 //!
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University,
 //! 1999, section 8. Lines of the full mesh: Raskar, Cohen. Image Precision Silhouette Edges. I3D 1999.

@@ -60,7 +60,7 @@ pub(crate) enum PaintArg {
 pub(crate) enum AntialiasArg {
     /// Not at all
     None,
-    /// The contour once more as a soft line
+    /// By the distance from the outline, a ramp one pixel wide
     Soft,
     /// Four samples a pixel
     Msaa,

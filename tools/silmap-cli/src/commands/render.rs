@@ -44,7 +44,7 @@ struct Rendered<'a> {
 struct FansJson {
     loops: usize,
     loops_decomposed: usize,
-    /// Pixels that fan triangles pass over, before and after long loops were cut.
+    /// Pixels that fans about the loops' centroids pass over, before and after long loops were cut.
     fan_area: f64,
     fan_area_decomposed: f64,
 }
@@ -169,8 +169,17 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(shape) => renderer.render_shape(&gpu, &params, &shape.clip_shape()),
         None => renderer.render(&gpu, &params),
     }
-    .map_err(|error| name_limit(error, &gpu))
-    .with_context(named)?;
+    .map_err(|error| name_limit(error, &gpu));
+    let picture = picture.map_err(|error| {
+        let of_light =
+            |e: &RenderError| matches!(e, RenderError::Light(_) | RenderError::LightBelowGround);
+        let is_of_light = error.downcast_ref().is_some_and(of_light);
+        error.context(if is_of_light {
+            "--shadow".to_owned()
+        } else {
+            named()
+        })
+    })?;
     file.write(&encode_picture(&picture, kind)?)?;
     if args.output.json {
         return output::print_json(&Rendered {
