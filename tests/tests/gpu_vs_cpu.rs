@@ -335,7 +335,6 @@ fn soft_edges_cover_the_area_that_lies_inside() {
         let shape = ClipShape {
             loops: &loops,
             outline: &loops,
-            ..ClipShape::EMPTY
         };
         let soft = screen.alpha(Antialias::Soft, &shape);
         let allowed = tolerance::SOFT_COVERAGE;

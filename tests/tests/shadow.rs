@@ -66,7 +66,7 @@ impl Stage {
 
     /// Where the exact shadow lies.
     fn exact(&self, shadow: &ShadowParams) -> Mask {
-        let (to_light, up) = (shadow.to_light, shadow.up.normalize());
+        let (to_light, up) = (shadow.to_light, shadow.up.normalize_or_zero());
         let surface = self.asset.hull.surface_points.iter();
         let heights = surface.map(|&p| Vec3::from(p).as_dvec3().dot(up));
         let lowest = heights.fold(f64::INFINITY, f64::min);
@@ -123,7 +123,7 @@ fn the_shadow_is_that_of_the_exact_silhouette_from_the_light() {
         assert!(pixels > 2000, "hardly any shadow: {pixels} pixels");
         assert!(off <= WITHIN_PX, "{off} pixels off from {to_light}");
         // A light six degrees aside, and the shadow of the whole hull.
-        let axis = to_light.normalize().any_orthonormal_vector();
+        let axis = to_light.normalize_or_zero().any_orthonormal_vector();
         let turn = DQuat::from_axis_angle(axis, 0.1);
         let aside = ShadowParams {
             to_light: turn * to_light,

@@ -130,7 +130,7 @@ mod tests {
             to_light in (-1.0..1.0_f64, -1.0..1.0_f64, 0.1..1.0_f64), x in -1e4..1e4_f64, radius in 1e-3..1e3_f64,
             distance_rel in 1.01..1e3_f64, turn in 0.0..6.2_f64, is_spot: bool, is_reversed: bool,
         ) {
-            let direction = DVec3::from(to_light).normalize();
+            let direction = DVec3::from(to_light).normalize_or_zero();
             let sphere = BoundingSphere { center: DVec3::new(x, -0.4 * x, 3.0), radius };
             let depth = if is_reversed { DepthDirection::Reversed } else { DepthDirection::Forward };
             let place = sphere.center + direction * radius * distance_rel;

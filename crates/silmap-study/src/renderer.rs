@@ -472,7 +472,6 @@ fn clip_shape(outline: Option<&Outline>) -> ClipShape<'_> {
     outline.map_or(ClipShape::EMPTY, |outline| ClipShape {
         loops: outline.simple_loops(),
         outline: outline.simple_loops(),
-        ..ClipShape::EMPTY
     })
 }
 
