@@ -1,8 +1,9 @@
 //! A pass of the caller's, as a program that uses the renderer has it: colour, depth, samples, and pictures read back.
 
-use silmap_geometry::ColourImage;
+use glam::DMat4;
+use silmap_geometry::{Camera, ColourImage};
 use silmap_gpu::{Gpu, Readback, wgpu};
-use silmap_runtime::{DepthDirection, DepthTarget, Renderer, TargetFormats};
+use silmap_runtime::{DepthDirection, DepthTarget, Renderer, TargetFormats, View};
 
 /// The format that pictures are read back in.
 pub const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -22,6 +23,28 @@ pub fn formats(
             direction,
         }),
         samples,
+    }
+}
+
+/// A view from a camera that looks at the origin, about which something of a radius lies.
+#[must_use]
+pub fn view_of(camera: &Camera, radius: f64, direction: DepthDirection) -> View {
+    let distance = camera.eye.length();
+    let (near, far) = (
+        (distance - 2.0 * radius).max(0.05 * distance),
+        distance + 2.0 * radius,
+    );
+    let mut matrix = camera.clip_from_object(near, far);
+    if direction == DepthDirection::Reversed {
+        // 1 − depth.
+        let flip = DMat4::from_cols_array(&[
+            1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 1.0,
+        ]);
+        matrix = flip * matrix;
+    }
+    View {
+        clip_from_world: matrix,
+        size_px: (camera.width_px, camera.height_px),
     }
 }
 

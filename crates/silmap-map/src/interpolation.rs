@@ -14,6 +14,9 @@ pub enum Transfer {
     /// polytope, [`Method::Tight`] and [`Method::Hull`] do so for each sector of the picture.
     #[default]
     Depths,
+    /// As [`Transfer::Depths`], from the point of the polytope that faces the eye alone: in a sixth of the time, and off the polytope
+    /// about a half more off.
+    FacingPoint,
     /// By the homography of the plane through the center parallel to the polytope's triangle (section 5).
     Homography,
 }

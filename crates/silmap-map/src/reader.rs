@@ -107,7 +107,7 @@ impl MapReader {
                     how,
                 },
             )?,
-            Transfer::Homography => None,
+            Transfer::FacingPoint | Transfer::Homography => None,
         };
         let (region, most) = match off_polytope {
             Some(seen) => seen,

@@ -248,7 +248,7 @@ fn projection(
     transfer: Transfer,
 ) -> Projection {
     let image_from_rays = image_from_object(camera);
-    if has_depth && transfer == Transfer::Depths {
+    if has_depth && transfer != Transfer::Homography {
         let offset = camera.eye - location.point;
         let radius = between.map.radius;
         let round = Round { offset, radius };

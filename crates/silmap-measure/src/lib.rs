@@ -7,6 +7,7 @@
 
 mod bench;
 mod comparison;
+mod deviation;
 mod discontinuities;
 mod error;
 pub mod evaluate;
@@ -26,6 +27,7 @@ pub use comparison::{
     BRUTE, Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
     Motion, PARALLEL, compare,
 };
+pub use deviation::{Deviation, deviation};
 pub use discontinuities::{Discontinuities, discontinuities};
 pub use error::MeasureError;
 pub use exact_shape::ExactShape;

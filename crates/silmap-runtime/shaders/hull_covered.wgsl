@@ -20,7 +20,7 @@ struct Fragment {
 @vertex
 fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     let shares = paint_shares(corner, instance.eye, instance.outline.z);
-    let rows = outline_rows(instance.outline.x, instance.eye, asset.sphere.xyz, asset.sphere.w);
+    let rows = outline_rows(instance.outline.x, instance.eye, instance.sphere.xyz, instance.sphere.w);
     let point = vec4f(corner.position, 1.0);
     var out: Fragment;
     out.position = instance_clip(instance, corner.position);
@@ -66,4 +66,18 @@ fn fragment_coverage(fragment: Fragment) -> OutlineCoverage {
     rows.y = fragment.row_y;
     rows.w = fragment.row_w;
     return outline_coverage(fragment.outline.x, rows, place, across, along);
+}
+
+fn fragment_samples(fragment: Fragment) -> u32 {
+    let place = fragment.seen.xy / fragment.seen.z;
+    let across = dpdx(place);
+    let along = dpdy(place);
+    if fragment.outline.y == 0u {
+        return 15u;
+    }
+    var rows: OutlineRows;
+    rows.x = fragment.row_x;
+    rows.y = fragment.row_y;
+    rows.w = fragment.row_w;
+    return outline_samples(fragment.outline.x, rows, place, across, along);
 }

@@ -10,6 +10,8 @@ struct Instance {
     @location(10) eye: vec4f,
     // First texel of the outline, its points or 0 where the hull is not clipped, what the hull shows, 0.
     @location(11) outline: vec4u,
+    // Middle of the sphere about the model, relative to its hull's middle, and its radius.
+    @location(12) sphere: vec4f,
 }
 
 fn instance_clip(instance: Instance, point: vec3f) -> vec4f {

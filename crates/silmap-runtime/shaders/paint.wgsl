@@ -24,8 +24,6 @@ struct Asset {
     texture_from_object: array<mat4x4f, 64>,
     // Eyes of the texture views.
     eyes: array<vec4f, 64>,
-    // Middle of the bounding sphere of the outlines, and its radius.
-    sphere: vec4f,
     // Unit directions to the two lights, and their intensities.
     lights: array<vec4f, 2>,
     // Linear colour of an unpainted hull, and the factor on it where no light falls.

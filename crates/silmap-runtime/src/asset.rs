@@ -33,8 +33,6 @@ pub(crate) struct AssetData {
     pub(crate) radius: f64,
     pub(crate) map: SilhouetteMap,
     pub(crate) method: Method,
-    /// Jumps in depth along its outlines, as a share of the map's radius.
-    pub(crate) jump_rel: f64,
     readers: Mutex<Vec<MapReader>>,
     placement: Placement,
     corners: wgpu::Buffer,
@@ -65,7 +63,6 @@ const _: () = assert!(
 struct AssetUniform {
     texture_from_object: [[[f32; 4]; 4]; MOST_VIEWS],
     eyes: [[f32; 4]; MOST_VIEWS],
-    sphere: [f32; 4],
     lights: [[f32; 4]; 2],
     albedo: [f32; 4],
     counts: [u32; 4],
@@ -109,7 +106,6 @@ impl LoadedAsset {
             origin: bounds.center,
             radius: bounds.radius,
             method: Method::best_for(&asset.map),
-            jump_rel: jump_of(&asset.map),
             map: asset.map.clone(),
             readers: Mutex::new(vec![reader]),
             placement: asset.placement,
@@ -222,15 +218,11 @@ fn corners_of(hull: &CoarseHull, textures: &TextureSet, origin: DVec3) -> Vec<Co
 }
 
 fn uniform_of(asset: &Asset, origin: DVec3) -> AssetUniform {
-    let (map, textures) = (&asset.map, &asset.textures);
+    let textures = &asset.textures;
     let [r, g, b] = lighting::DEFAULT_ALBEDO;
     let mut uniform = AssetUniform {
         texture_from_object: [[[0.0; 4]; 4]; MOST_VIEWS],
         eyes: [[0.0; 4]; MOST_VIEWS],
-        sphere: (map.center - origin)
-            .extend(map.radius)
-            .as_vec4()
-            .to_array(),
         lights: lighting::LIGHTS.map(|[x, y, z, intensity]| {
             let length = (x * x + y * y + z * z).sqrt();
             [x / length, y / length, z / length, intensity]
@@ -264,23 +256,6 @@ fn texture_from_object(camera: &Camera) -> DMat4 {
         DVec4::W,
     )
     .transpose()
-}
-
-/// The largest jump in depth from one contour vertex to the next, on the average of all views, over the radius; all of it where depths
-/// are not known.
-fn jump_of(map: &SilhouetteMap) -> f64 {
-    if !map.has_depth() || map.views.is_empty() {
-        return 1.0;
-    }
-    let largest = |view: &silmap_map::CapturedView| {
-        let jumps = view.contours.iter().flat_map(|contour| {
-            let next = contour.depths.iter().cycle().skip(1);
-            contour.depths.iter().zip(next).map(|(a, b)| (a - b).abs())
-        });
-        jumps.fold(0.0, f64::max)
-    };
-    let sum: f64 = map.views.iter().map(largest).sum();
-    (sum / map.views.len() as f64 / map.radius).min(1.0)
 }
 
 #[cfg(test)]

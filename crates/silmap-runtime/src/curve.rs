@@ -71,6 +71,15 @@ impl Frame {
     }
 }
 
+/// The points of an outline that begins with these texels, relative to the hull's origin, and whether an edge begins at each.
+pub(crate) fn points_of(texels: &[Texel]) -> impl Iterator<Item = (DVec3, bool)> + '_ {
+    let points = texels[HEADER..].iter().take(texels[0][0] as usize);
+    points.map(|&[x, y, z, apex]| {
+        let place = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
+        (DVec3::from(place), apex != NO_EDGE)
+    })
+}
+
 /// What an interpolated outline is asked for with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CurveRequest<'a> {

@@ -7,7 +7,7 @@ use silmap_map::{Detail, Interpolation, Method, Transfer};
 
 use crate::asset::AssetData;
 use crate::bands::BandParams;
-use crate::cells::{Cell, ReuseError};
+use crate::cells::{Cell, JUMP_REL, ReuseError};
 use crate::curve::{CurveBuilder, CurveRequest, Frame, Texel};
 
 /// An outline to be made.
@@ -101,7 +101,7 @@ impl Worker {
         let is_made = self.builder.interpolate(reader, &request).is_ok();
         let error = ReuseError {
             allowed_px: how.allowed_px,
-            jump_rel: asset.jump_rel,
+            jump_rel: JUMP_REL,
         };
         let points = is_made.then(|| {
             let frame = Frame::new(eye.extend(1.0), map.center, map.radius);

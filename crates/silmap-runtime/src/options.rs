@@ -95,7 +95,7 @@ impl RendererOptions {
             },
             method: None,
             reuse_error_px: 0.25,
-            outlines_per_frame: 256,
+            outlines_per_frame: 32,
             outline_bytes: 16 << 20,
         }
     }

@@ -16,9 +16,10 @@ const CORNER: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
 ];
 
 /// Bytes of an instance: see `shaders/instance.wgsl`.
-pub(crate) const RECORD_STRIDE: u64 = 96;
-const RECORD: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
-    6 => Float32x4, 7 => Float32x4, 8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4
+pub(crate) const RECORD_STRIDE: u64 = 112;
+const RECORD: [wgpu::VertexAttribute; 7] = wgpu::vertex_attr_array![
+    6 => Float32x4, 7 => Float32x4, 8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4,
+    12 => Float32x4
 ];
 
 /// Bind group layouts: 0 the outlines, 1 an asset.
@@ -215,6 +216,8 @@ impl Pipelines {
             writes_colour: has_colour,
             to_samples: false,
         };
+        // OpenGL's shaders cannot choose samples: the device spreads them by alpha.
+        let is_opengl = device.adapter_info().backend == wgpu::Backend::Gl;
         let is_soft = options.antialias == Antialias::Soft;
         let blended = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
         let by_coverage = match (has_colour, is_soft) {
@@ -229,6 +232,10 @@ impl Pipelines {
                     shaders::HULL_BLENDED
                 },
                 blend: blended,
+                ..hull
+            },
+            (true, false) if options.formats.samples == 4 && !is_opengl => Kind {
+                shader: shaders::HULL_FOUR_SAMPLES,
                 ..hull
             },
             (true, false) if options.formats.samples > 1 => Kind {

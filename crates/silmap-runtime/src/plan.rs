@@ -5,12 +5,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, DVec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, DVec4, Mat4, Vec4Swizzles};
+use silmap_geometry::Loop;
 
 use crate::asset::AssetData;
 use crate::batches::Batches;
-use crate::cells::{Bearing, Cell, CellKey, ReuseError};
-use crate::curve::{Frame, Texel};
+use crate::cells::{Bearing, Cell, CellKey, JUMP_REL, ReuseError};
+use crate::curve::{Frame, Texel, points_of};
 use crate::instance::{Instance, Outline};
 use crate::interpolate::{HowToMake, Wanted, Worker, make_all, sorting_of, worker_count};
 use crate::outline_cache::{OutlineCache, OutlineRef};
@@ -45,6 +46,7 @@ pub(crate) struct Record {
     eye: [f32; 4],
     /// First texel of the outline, its points or 0, the paint, 0.
     outline: [u32; 4],
+    sphere: [f32; 4],
 }
 
 /// A draw call; ranges are of records.
@@ -110,6 +112,8 @@ pub(crate) struct Plan {
     before: Vec<Option<Before>>,
     batches: Batches,
     frame: u64,
+    /// What the device's texture holds.
+    texels: Vec<Texel>,
     pub(crate) assets: Vec<Arc<AssetData>>,
     pub(crate) records: Vec<Record>,
     pub(crate) draws: Vec<Draw>,
@@ -142,6 +146,7 @@ impl Plan {
             before: Vec::new(),
             batches: Batches::default(),
             frame: 0,
+            texels: vec![[0; 4]; texels as usize],
             assets: Vec::new(),
             records: Vec::new(),
             draws: Vec::new(),
@@ -153,6 +158,26 @@ impl Plan {
     /// Texels of an upload.
     pub(crate) fn texels(&self, upload: &Upload) -> &[Texel] {
         &self.workers[upload.worker].texels[upload.texels.clone()]
+    }
+
+    /// The loops that an instance is clipped to, in pixels; `None` where it is not drawn or drawn whole.
+    pub(crate) fn outline_px(&self, instance: usize, size_px: DVec2) -> Option<Vec<Loop>> {
+        let is_it = |v: &&Visible| v.instance == instance && v.points > 0;
+        let visible = self.visible.iter().find(is_it)?;
+        let clip = Mat4::from_cols_array_2d(&visible.record.clip_from_object).as_dmat4();
+        let texels = &self.texels[visible.record.outline[0] as usize..];
+        let mut loops = vec![Loop::new()];
+        for (point, begins_edge) in points_of(texels) {
+            let seen = clip.project_point3(point).truncate();
+            let seen = (seen * DVec2::new(0.5, -0.5) + 0.5) * size_px;
+            if begins_edge {
+                loops.last_mut()?.push(seen);
+            } else {
+                loops.push(Loop::new());
+            }
+        }
+        loops.pop();
+        Some(loops)
     }
 
     /// Plans a frame.
@@ -224,6 +249,10 @@ impl Plan {
                 clip_from_object: matrix.as_mat4().to_cols_array_2d(),
                 eye: local_eye.as_vec4().to_array(),
                 outline: [0, 0, instance.paint as u32, 0],
+                sphere: (asset.map.center - asset.origin)
+                    .extend(asset.map.radius)
+                    .as_vec4()
+                    .to_array(),
             },
             instance: k,
             asset: asset_at,
@@ -265,7 +294,7 @@ impl Plan {
         let radius_px = radius_px.min(eye.size_px.max_element() * 4.0);
         let error = ReuseError {
             allowed_px: self.allowed_px,
-            jump_rel: asset.jump_rel,
+            jump_rel: JUMP_REL,
         };
         let cell = Cell::of(asset.id, bearing, radius_px, &error);
         visible.key = Some(cell.key);
@@ -346,6 +375,8 @@ impl Plan {
         let kept = self.cache.insert(cell.key, cell.middle, count, points)?;
         let to = self.cache.kept(kept)?.start;
         if !texels.is_empty() {
+            let made = &self.workers[worker].texels[texels.clone()];
+            self.texels[to as usize..][..made.len()].copy_from_slice(made);
             self.uploads.push(Upload { worker, texels, to });
         }
         Some(kept)

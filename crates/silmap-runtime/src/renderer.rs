@@ -3,6 +3,8 @@
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8: outlines into the stencil, coarse meshes where the stencil lets them.
 //! Deviations: many instances share draws, outlines outlive frames, and a function of the outline can take the stencil's place.
 
+use glam::DVec2;
+use silmap_geometry::Loop;
 use silmap_gpu::wgpu;
 use silmap_map::Asset;
 
@@ -31,6 +33,7 @@ pub struct Renderer {
     pipelines: Pipelines,
     options: RendererOptions,
     plan: Plan,
+    size_px: DVec2,
     outlines: wgpu::Texture,
     outline_group: wgpu::BindGroup,
     records: wgpu::Buffer,
@@ -67,6 +70,7 @@ impl Renderer {
             outline_group: layouts.bind_outlines(device, &texels),
             records: record_buffer(device, FIRST_RECORDS),
             plan: Plan::new(&options, ROW * rows),
+            size_px: DVec2::ZERO,
             layouts,
             pipelines,
             options,
@@ -119,6 +123,7 @@ impl Renderer {
         view: &View,
         instances: &[Instance<'_>],
     ) -> Result<FrameStats, PrepareError> {
+        self.size_px = DVec2::new(view.size_px.0.into(), view.size_px.1.into());
         let direction = self.options.formats.depth.map(|d| d.direction);
         let eye = view.eye(direction.unwrap_or_default());
         let planned = eye.and_then(|eye| self.plan.make(view, &eye, instances));
@@ -174,6 +179,13 @@ impl Renderer {
                 (rest.len() as u32, 1),
             );
         }
+    }
+
+    /// The outline that an instance is clipped to in what was prepared, in pixels of the view from its top-left corner: loops as in
+    /// [`SpaceLoops`](crate::SpaceLoops). `None` where it is out of the picture or drawn whole.
+    #[must_use]
+    pub fn outline_px(&self, instance: usize) -> Option<Vec<Loop>> {
+        self.plan.outline_px(instance, self.size_px)
     }
 
     /// Draws what was prepared. The pass has the formats of the options; with [`ClipBy::Stencil`](crate::ClipBy::Stencil) its stencil is

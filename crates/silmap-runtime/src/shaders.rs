@@ -9,13 +9,13 @@ const PLAIN: &str = include_str!("../shaders/hull_plain.wgsl");
 const COVERED: &str = include_str!("../shaders/hull_covered.wgsl");
 
 macro_rules! shaders {
-    ($($(#[$doc:meta])* $constant:ident = $name:literal after [$($part:ident),*];)*) => {
+    ($($(#[$doc:meta])* $constant:ident = $name:literal, web: $web:literal, after [$($part:ident),*];)*) => {
         $(
             $(#[$doc])*
             pub const $constant: Shader = Shader {
                 name: $name,
                 parts: &[$($part,)* include_str!(concat!("../shaders/", $name, ".wgsl"))],
-                web: true,
+                web: $web,
             };
         )*
         /// All shaders.
@@ -25,21 +25,23 @@ macro_rules! shaders {
 
 shaders! {
     /// Outlines as fans, into the stencil.
-    FANS = "fans" after [OUTLINE, INSTANCE];
+    FANS = "fans", web: true, after [OUTLINE, INSTANCE];
     /// The hull.
-    HULL = "hull" after [INSTANCE, PAINT, PLAIN];
+    HULL = "hull", web: true, after [INSTANCE, PAINT, PLAIN];
     /// Its depth.
-    HULL_DEPTH = "hull_depth" after [INSTANCE, PAINT, PLAIN];
+    HULL_DEPTH = "hull_depth", web: true, after [INSTANCE, PAINT, PLAIN];
     /// The hull inside of the outline.
-    HULL_INSIDE = "hull_inside" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    HULL_INSIDE = "hull_inside", web: true, after [OUTLINE, INSTANCE, PAINT, COVERED];
     /// The depth of that.
-    HULL_INSIDE_DEPTH = "hull_inside_depth" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    HULL_INSIDE_DEPTH = "hull_inside_depth", web: true, after [OUTLINE, INSTANCE, PAINT, COVERED];
     /// The hull with its coverage in alpha.
-    HULL_SAMPLES = "hull_samples" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    HULL_SAMPLES = "hull_samples", web: true, after [OUTLINE, INSTANCE, PAINT, COVERED];
+    /// The hull in those of four samples that are inside.
+    HULL_FOUR_SAMPLES = "hull_four_samples", web: false, after [OUTLINE, INSTANCE, PAINT, COVERED];
     /// The hull where it covers all of a pixel, and the depth of the rest.
-    HULL_SOFT = "hull_soft" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    HULL_SOFT = "hull_soft", web: true, after [OUTLINE, INSTANCE, PAINT, COVERED];
     /// That rest.
-    HULL_SOFT_BORDER = "hull_soft_border" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    HULL_SOFT_BORDER = "hull_soft_border", web: true, after [OUTLINE, INSTANCE, PAINT, COVERED];
     /// The hull by coverage, in a pass without depth.
-    HULL_BLENDED = "hull_blended" after [OUTLINE, INSTANCE, PAINT, COVERED];
+    HULL_BLENDED = "hull_blended", web: true, after [OUTLINE, INSTANCE, PAINT, COVERED];
 }
