@@ -52,7 +52,8 @@ impl Stage {
             .map(|k| {
                 let t = (f64::from(k) * STEP).to_radians();
                 let direction = DVec3::new(t.cos(), 0.3 + 0.2 * (0.7 * t).sin(), t.sin());
-                let eye = sphere.center + direction.normalize() * (sphere.radius * distance_rel);
+                let eye =
+                    sphere.center + direction.normalize_or_zero() * (sphere.radius * distance_rel);
                 Camera::fit_sphere(eye, sphere.center, sphere.radius, None, (side, side)).unwrap()
             })
             .collect()
@@ -211,7 +212,7 @@ fn a_warm_frame_allocates_nothing() {
             },
         )
         .unwrap();
-        let mut walk = |renderer: &mut Renderer| {
+        let walk = |renderer: &mut Renderer| {
             for k in 0..40 {
                 let view = view_of(&camera(k), 25.0 * radius, DepthDirection::Forward);
                 let stats = renderer.plan(&view, &instances).unwrap();

@@ -309,7 +309,7 @@ mod tests {
             eye in (-1.0..1.0_f64, -1.0..1.0_f64, 0.1..1.0_f64), distance in 1.1..1e4_f64, turn in 0.0..6.2_f64, is_far: bool,
         ) {
             let center = DVec3::new(0.3, -2.0, 1.0);
-            let direction = DVec3::from(eye).normalize();
+            let direction = DVec3::from(eye).normalize_or_zero();
             let eye = if is_far { direction.extend(0.0) } else { (center + direction * distance).extend(1.0) };
             let frame = Frame::new(eye, center, 1.0);
             let sine = if is_far { 0.0 } else { 1.0 / distance };

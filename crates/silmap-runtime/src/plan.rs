@@ -268,7 +268,7 @@ impl Plan {
             Outline::Whole => {}
             Outline::Given(loops) => {
                 let loops = loops.loops.iter().map(Vec::as_slice);
-                visible.outline = self.add_given(k, asset, place, loops, &rect, eye);
+                visible.outline = self.add_given(k, asset, place, loops, (&rect, eye));
             }
             Outline::OfAsset => self.add_own(asset, place, eye, &mut visible),
         }
@@ -332,8 +332,7 @@ impl Plan {
         asset: &Arc<AssetData>,
         place: DVec4,
         loops: impl Iterator<Item = &'l [DVec3]>,
-        rect: &Rect,
-        eye: &Eye,
+        (rect, eye): (&Rect, &Eye),
     ) -> Option<OutlineRef> {
         let map = &asset.map;
         let bearing = Bearing::new(place, map.center, map.radius)?;
