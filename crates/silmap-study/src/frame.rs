@@ -126,7 +126,7 @@ pub struct ClipShape<'a> {
     /// windings are counted.
     pub loops: &'a [Loop],
     /// The region's outline without overlaps, for smoothing; may be empty unless [`Antialias::Soft`] or
-    /// [`Mode::Silhouette`] is asked for. [`Antialias::Soft`] draws nothing beyond the model's bounding sphere.
+    /// [`Mode::Silhouette`] is asked for.
     pub outline: &'a [Loop],
 }
 
