@@ -22,9 +22,9 @@ mod frames;
 mod rows;
 mod searches;
 
-pub(crate) use frames::Drawer;
+pub(crate) use frames::{Drawer, params as picture_params};
 pub use rows::Row;
-use rows::median;
+pub(crate) use rows::median;
 pub(crate) use searches::{Search, SearchTimes};
 
 /// What is measured.

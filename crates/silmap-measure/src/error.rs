@@ -9,6 +9,7 @@ use silmap_gpu::GpuError;
 use silmap_hull::HullError;
 use silmap_map::{AssetError, InterpolateError, PolytopeError};
 use silmap_preprocess::pipeline::BuildError;
+use silmap_runtime::{LoadError, OptionsError, PrepareError};
 use silmap_study::RenderError;
 use thiserror::Error;
 
@@ -54,6 +55,15 @@ pub enum MeasureError {
     /// A frame cannot be drawn.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A renderer cannot be made.
+    #[error(transparent)]
+    Renderer(#[from] OptionsError),
+    /// The asset cannot be loaded.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// The scene cannot be drawn.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
     /// The device failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -76,6 +86,9 @@ impl MeasureError {
             Self::Chain(error) => error,
             Self::Outline(error) => error,
             Self::Render(error) => error,
+            Self::Renderer(error) => error,
+            Self::Load(error) => error,
+            Self::Prepare(error) => error,
             Self::Gpu(error) => error,
         }
     }

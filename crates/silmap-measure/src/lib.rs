@@ -16,6 +16,7 @@ mod figures;
 pub mod machine;
 mod measure;
 mod painting;
+mod scene;
 mod subdivide;
 mod texture_errors;
 #[cfg(test)]
@@ -37,6 +38,7 @@ pub use figures::{
 };
 pub use measure::{MeasureParams, Measured, measure};
 pub use painting::{Painting, painting};
+pub use scene::{CpuParts, OutlineErrorPx, SceneBench, SceneParams, SceneRow};
 pub use subdivide::subdivide;
 pub use texture_errors::{
     ColourErrors, TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,

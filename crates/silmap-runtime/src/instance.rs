@@ -84,17 +84,27 @@ impl Transform {
         )
     }
 
-    pub(crate) fn point(&self, point: DVec3) -> DVec3 {
+    /// Where a point of the object is in the world.
+    #[must_use]
+    pub fn point(&self, point: DVec3) -> DVec3 {
         self.rotation * (point * self.scale) + self.translation
     }
 
     /// Where a point of the world is in the object.
-    pub(crate) fn object_point(&self, point: DVec3) -> DVec3 {
+    #[must_use]
+    pub fn object_point(&self, point: DVec3) -> DVec3 {
         self.rotation.inverse() * (point - self.translation) / self.scale
     }
 
+    /// A unit direction of the world in the object.
+    #[must_use]
+    pub fn object_direction(&self, direction: DVec3) -> DVec3 {
+        self.rotation.inverse() * direction
+    }
+
     /// The matrix from the object, whose points are relative to `origin`.
-    pub(crate) fn matrix(&self, origin: DVec3) -> DMat4 {
+    #[must_use]
+    pub fn matrix(&self, origin: DVec3) -> DMat4 {
         DMat4::from_scale_rotation_translation(
             DVec3::splat(self.scale),
             self.rotation,

@@ -256,7 +256,7 @@ impl Plan {
         let place = if eye.place.w > 0.0 {
             transform.object_point(eye.place.xyz()).extend(1.0)
         } else {
-            (transform.rotation.inverse() * eye.place.xyz()).extend(0.0)
+            transform.object_direction(eye.place.xyz()).extend(0.0)
         };
         let matrix = eye.clip_from_world * transform.matrix(asset.origin);
         let local_eye = place - asset.origin.extend(0.0) * place.w;

@@ -28,7 +28,7 @@ pub(super) enum Region<'r, 'm> {
     Exact(&'r mut Extractor<'m>),
 }
 
-pub(super) fn params(
+pub(crate) fn params(
     camera: Camera,
     mode: Mode,
     method: Method,

@@ -178,11 +178,16 @@ pub(crate) struct EdgesArgs {
 /// Rows are `full` (the mesh), `hull` (the painted hull, unclipped), `clipped-METHOD-ANTIALIAS`, `exact-METHOD` (the hull clipped by
 /// exact edges, unsmoothed), and without drawing `edges-METHOD` (extraction) and `contour-METHOD` (interpolation). Each is timed at
 /// the viewpoints of one walk around the model in steps of 0.5°.
+///
+/// With `--pixels` it draws a scene of many instances in one pass, around which a camera walks. Rows are `full`, `lod-500`, `lod-5000` and
+/// `lod-equal-error` (the mesh simplified to as many faces, and to as many as have the clipped hull's outline error), `hull`,
+/// `clipped-stencil`, `clipped-coverage`, and `each-a-pass` (a pass for each instance).
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   silmap bench bunny.ply --close-holes --json
-  silmap bench bunny.ply --close-holes --asset bunny.glb --faces-full 1200000 --edges brute --edges jc")]
+  silmap bench bunny.ply --close-holes --asset bunny.glb --faces-full 1200000 --edges brute --edges jc
+  silmap bench bunny.ply --close-holes --asset bunny.glb --instances 1000 --pixels 128 --size 2048x2048")]
 pub(crate) struct BenchArgs {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -192,10 +197,16 @@ pub(crate) struct BenchArgs {
     /// Cut the faces of the full mesh into four while there are at most this many
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=50_000_000))]
     pub(crate) faces_full: u32,
-    /// Draw this many in a frame, one after the other, each from the next viewpoint of the walk
+    /// Draw this many in a frame: with --pixels in one scene, else one after the other, each from the next viewpoint of the walk
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) instances: u32,
-    /// Size of the pictures in pixels
+    /// Measure one scene in one pass, in which the sphere about each instance is so many pixels wide
+    #[arg(long, value_name = "PX", value_parser = parse_positive)]
+    pub(crate) pixels: Option<f64>,
+    /// With --pixels, let the camera stand still instead of walking half a degree a frame
+    #[arg(long, requires = "pixels")]
+    pub(crate) still: bool,
+    /// Size of the pictures in pixels; a scene's is square
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_size)]
     pub(crate) size: Size,
     /// Frames of each row

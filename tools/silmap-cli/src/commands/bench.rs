@@ -5,8 +5,10 @@ use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{ExtractionMethod, SimplifyParams, Viewpoint, simplify, walk_around};
 use silmap_geometry::Camera;
-use silmap_map::asset;
-use silmap_measure::{Bench, Row, compare, machine, subdivide};
+use silmap_gpu::Gpu;
+use silmap_map::{Asset, asset};
+use silmap_measure::{Bench, Row, SceneBench, SceneParams, SceneRow, compare, machine, subdivide};
+use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::BuildParams;
 
 use crate::args::BenchArgs;
@@ -54,6 +56,9 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
             (asset, bytes)
         }
     };
+    if let Some(pixels) = args.pixels {
+        return scene(args, pixels, &gpu, &model, (&asset, &bytes));
+    }
     let params = SimplifyParams {
         target_faces: asset.hull.faces.len() as u32,
         ..SimplifyParams::default()
@@ -89,11 +94,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         .map(|comparison| silmap_report::comparison_numbers(&comparison));
     let result = BenchJson {
         adapter: gpu.adapter_name(),
-        timing: if has_timestamps {
-            "timestamps"
-        } else {
-            "submit-to-idle"
-        },
+        timing: timing(has_timestamps),
         machine: machine::describe(),
         ratios: ratios(&rows),
         rows,
@@ -103,6 +104,119 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         return output::print_json(&result);
     }
     output::print_bytes(table(&result).as_bytes())
+}
+
+#[derive(Serialize)]
+struct SceneJson {
+    adapter: String,
+    timing: &'static str,
+    machine: String,
+    instances: u32,
+    pixels: f64,
+    side_px: u32,
+    is_walking: bool,
+    rows: Vec<SceneRow>,
+    /// How many times longer the device takes than for the hull clipped by the stencil.
+    ratios: serde_json::Map<String, serde_json::Value>,
+}
+
+/// One scene in one pass.
+fn scene(
+    args: &BenchArgs,
+    pixels: f64,
+    gpu: &Gpu,
+    model: &Loaded,
+    (asset, bytes): (&Asset, &[u8]),
+) -> anyhow::Result<()> {
+    let named = || args.model.path.display().to_string();
+    let full = subdivide(model.mesh.mesh(), args.faces_full as usize);
+    let sizes = asset::sizes(bytes).with_context(named)?;
+    let params = SceneParams {
+        instances: args.instances as usize,
+        pixels,
+        side_px: args.size.width,
+        is_still: args.still,
+        frames: args.repeat as usize,
+    };
+    let (rows, has_timestamps) = Progress::new()
+        .watch(|watch| {
+            let bench = SceneBench {
+                full: &full,
+                asset,
+                sizes,
+                params,
+                watch,
+            };
+            bench.run(gpu)
+        })
+        .with_context(named)?;
+    let clipped = rows.iter().find(|r| r.name == "clipped-stencil");
+    let clipped = clipped.map_or(0.0, |r| r.seconds_median);
+    let result = SceneJson {
+        adapter: gpu.adapter_name(),
+        timing: timing(has_timestamps),
+        machine: machine::describe(),
+        instances: args.instances,
+        pixels,
+        side_px: args.size.width,
+        is_walking: !args.still,
+        ratios: (rows.iter())
+            .map(|row| {
+                let name = format!("{}/clipped-stencil", row.name);
+                (name, (row.seconds_median / clipped).into())
+            })
+            .collect(),
+        rows,
+    };
+    if args.output.json {
+        return output::print_json(&result);
+    }
+    output::print_bytes(scene_table(&result).as_bytes())
+}
+
+fn timing(has_timestamps: bool) -> &'static str {
+    if has_timestamps {
+        "timestamps"
+    } else {
+        "submit-to-idle"
+    }
+}
+
+fn scene_table(result: &SceneJson) -> String {
+    let mut text = format!(
+        "{} instances of {} px on {} px, drawn by {}, device timed by {}\n\
+         {:<18} {:>8} {:>10} {:>8} {:>8} {:>9} {:>9} {:>9} {:>10}\n",
+        result.instances,
+        result.pixels,
+        result.side_px,
+        result.adapter,
+        result.timing,
+        "",
+        "faces",
+        "device ms",
+        "cpu ms",
+        "most ms",
+        "mean px",
+        "thick px",
+        "most px",
+        "bytes",
+    );
+    for row in &result.rows {
+        let error = &row.outline_error_px;
+        text.push_str(&format!(
+            "{:<18} {:>8} {:>10.2} {:>8.3} {:>8.3} {:>9.3} {:>9.2} {:>9.2} {:>10}\n",
+            row.name,
+            row.faces,
+            1e3 * row.seconds_median,
+            1e3 * row.cpu_seconds_mean,
+            1e3 * row.cpu_seconds_max,
+            error.mean,
+            error.thickest,
+            error.largest,
+            row.bytes,
+        ));
+    }
+    text
 }
 
 /// The viewpoints of all frames, one walk.
