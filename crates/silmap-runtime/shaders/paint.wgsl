@@ -1,7 +1,7 @@
 // What the hull shows: up to three texture views that share a face, and tiles of the atlas or light where none sees it.
 //
-// The weights of views are as in `blend.rs` of `silmap-study`: 1/a − 1/t, a the distance between the directions from the face to a view
-// and to the eye, t that of the fourth nearest.
+// The weights of views are as in `view_weights.rs` of `silmap-tests`, which they are tested against: 1/a − 1/t, a the distance
+// between the directions from the face to a view and to the eye, t that of the fourth nearest.
 // Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.2, for the visibility bits and the nearest view; Buehler, Bosse, McMillan,
 // Gortler, Cohen. Unstructured Lumigraph Rendering. SIGGRAPH 2001, section 4, for weights that fall to zero.
 // Points near P(v), not v, are projected into the texture views, in homogeneous coordinates, so that a picture lies on the plane through

@@ -185,13 +185,7 @@ impl CurveBuilder {
         let cells_at = edges_at + self.bands.edges.len().div_ceil(8);
         texels.push([n_points, params.bands, params.cells, 0].map(|n| n as u32));
         texels.push([bands_at, edges_at, cells_at, 0].map(|n| n as u32));
-        let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
-        let [x, y, z] = bits(frame.right);
-        texels.push([x, y, z, 0]);
-        for (point, &apex) in self.points.iter().zip(&self.apexes) {
-            let [x, y, z] = bits(point - origin);
-            texels.push([x, y, z, apex]);
-        }
+        self.push_points(frame, origin, texels);
         push_halves(&self.bands.starts, texels);
         push_halves(&self.bands.edges, texels);
         for cells in self.bands.cells.chunks(64) {
@@ -202,6 +196,33 @@ impl CurveBuilder {
             texels.push(texel);
         }
         Some(n_points as u32)
+    }
+
+    /// Appends the texels that fans need, without bands and cells, which may be too few for what the stencil can count; returns the
+    /// number of points.
+    pub(crate) fn encode_fans(
+        &mut self,
+        frame: &Frame,
+        origin: DVec3,
+        texels: &mut Vec<Texel>,
+    ) -> u32 {
+        self.close_loops(frame);
+        let n_points = self.points.len() as u32;
+        texels.push([n_points, 0, 0, 0]);
+        texels.push([0; 4]);
+        self.push_points(frame, origin, texels);
+        n_points
+    }
+
+    /// Appends the frame's right and the points.
+    fn push_points(&self, frame: &Frame, origin: DVec3, texels: &mut Vec<Texel>) {
+        let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
+        let [x, y, z] = bits(frame.right);
+        texels.push([x, y, z, 0]);
+        for (point, &apex) in self.points.iter().zip(&self.apexes) {
+            let [x, y, z] = bits(point - origin);
+            texels.push([x, y, z, apex]);
+        }
     }
 
     /// Lays out points with their fans' apexes: the point of median height, so that triangles are wide.
@@ -325,7 +346,7 @@ mod tests {
             eye in (-1.0..1.0_f64, -1.0..1.0_f64, 0.1..1.0_f64), distance in 1.1..1e4_f64, turn in 0.0..6.2_f64, is_far: bool,
         ) {
             let center = DVec3::new(0.3, -2.0, 1.0);
-            let direction = DVec3::from(eye).normalize();
+            let direction = DVec3::from(eye).normalize_or_zero();
             let eye = if is_far { direction.extend(0.0) } else { (center + direction * distance).extend(1.0) };
             let frame = Frame::new(eye, center, 1.0);
             let sine = if is_far { 0.0 } else { 1.0 / distance };
