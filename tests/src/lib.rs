@@ -7,6 +7,7 @@ pub mod outside;
 pub mod pass;
 pub mod scene;
 pub mod tolerance;
+pub mod view_weights;
 
 /// README, whose program is compiled as it stands there.
 #[doc = include_str!("../../README.md")]

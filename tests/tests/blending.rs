@@ -1,14 +1,16 @@
-//! What the hull shows while the eye moves: nothing may pop.
+//! What the hull shows: the views that a reference weighs, and nothing may pop while the eye moves.
 //!
 //! Texture views are plain colours here, each another, so that a picture shows their weights and nothing else.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use glam::DVec3;
-use silmap_geometry::{Bounds, Camera, ColourImage};
+use glam::{DVec2, DVec3, Vec3};
+use silmap_geometry::bvh::Bvh;
+use silmap_geometry::lighting::{linear_from_srgb, srgb_from_linear};
+use silmap_geometry::{Bounds, Camera, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::Asset;
 use silmap_study::{Antialias, FrameParams, Mode, Paint, PictureOptions, PictureRenderer};
-use silmap_tests::{device, scene};
+use silmap_tests::{device, scene, view_weights};
 
 /// Side of the pictures.
 const SIDE_PX: u32 = 384;
@@ -20,23 +22,101 @@ const ARC: f64 = 8.0;
 const STEPS: u32 = 8;
 const FINER: u32 = 8;
 
+/// The colour of a view, sRGB.
+fn colour_of(view: usize) -> [u8; 3] {
+    [97, 57, 151].map(|step| (view * step % 256) as u8)
+}
+
 /// The hand-made asset with texture views of one colour each.
 fn coloured_views(gpu: &Gpu) -> Asset {
     let mut asset = scene::asset(gpu);
     for (k, view) in asset.textures.views.iter_mut().enumerate() {
-        let colour = [
-            (k * 97 % 256) as u8,
-            (k * 57 % 256) as u8,
-            (k * 151 % 256) as u8,
-            255,
-        ];
+        let [r, g, b] = colour_of(k);
         view.image = scene::png(&ColourImage {
             width: 4,
             height: 4,
-            rgba: colour.repeat(16),
+            rgba: [r, g, b, 255].repeat(16),
         });
     }
     asset
+}
+
+/// A choice of views for a face whose middle on the model is given, and an eye.
+type Choice = fn(view_weights::Witnesses<'_>, DVec3, DVec3) -> Vec<(usize, f64)>;
+
+/// The share of the hull's pixels that show something else than a choice of views says.
+fn share_of_others(picture: &ColourImage, asset: &Asset, camera: &Camera, choice: Choice) -> f64 {
+    let hull = &asset.hull;
+    let point = |p: [f32; 3]| Vec3::from(p).as_dvec3();
+    let mesh = TriangleMesh {
+        positions: hull.positions.iter().map(|&p| point(p)).collect(),
+        faces: hull.faces.clone(),
+        ..TriangleMesh::default()
+    };
+    let bvh = Bvh::new(&mesh);
+    let shown_by_face: Vec<Option<[u8; 3]>> = (hull.faces.iter().enumerate())
+        .map(|(f, face)| {
+            let middle = face.iter().map(|&v| point(hull.surface_points[v as usize]));
+            let middle = middle.sum::<DVec3>() / 3.0;
+            let views = asset.textures.views.iter().enumerate();
+            let seen = views.filter(|(k, _)| asset.textures.visible_views[f] >> k & 1 == 1);
+            let witnesses: Vec<_> = seen.map(|(k, view)| (k, view.camera.eye)).collect();
+            let shares = choice(&witnesses, middle, camera.eye);
+            let mut sum = [0.0; 3];
+            for &(view, weight) in &shares {
+                for (sum, encoded) in sum.iter_mut().zip(colour_of(view)) {
+                    *sum += weight as f32 * linear_from_srgb(f32::from(encoded) / 255.0);
+                }
+            }
+            let encoded = sum.map(|linear| (srgb_from_linear(linear) * 255.0).round() as u8);
+            (!shares.is_empty()).then_some(encoded)
+        })
+        .collect();
+    let (mut compared, mut others) = (0, 0);
+    for (i, pixel) in (0..).zip(picture.rgba.chunks_exact(4)) {
+        let centre = DVec2::new(f64::from(i % SIDE_PX), f64::from(i / SIDE_PX)) + 0.5;
+        let ray = camera.direction_from_image(centre);
+        let hit = bvh.first_hit(camera.eye, ray, 0.0, f64::INFINITY);
+        // Faces that no view sees are lit.
+        let shown = hit.and_then(|hit| shown_by_face[hit.face as usize]);
+        if let Some(shown) = shown {
+            compared += 1;
+            let differs = |(a, b): (&u8, u8)| a.abs_diff(b) > 2;
+            others += u32::from(pixel.iter().zip(shown).any(differs));
+        }
+    }
+    assert!(compared > 10_000, "{compared} pixels were compared");
+    f64::from(others) / f64::from(compared)
+}
+
+#[test]
+fn faces_show_the_views_that_the_reference_weighs() {
+    let Some(gpu) = device::open_or_skip() else {
+        return;
+    };
+    let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
+    let asset = coloured_views(&gpu);
+    renderer.load_asset(&gpu, &asset).unwrap();
+    let bounds = scene::model().bounds();
+    let nearest: Choice = |witnesses, _, eye| view_weights::nearest(witnesses, eye);
+    for degrees in [10.0, 130.0, 250.0] {
+        let camera = camera_at(&bounds, degrees);
+        let mut others = |paint: Paint, choice: Choice| {
+            let params = FrameParams {
+                paint,
+                ..scene::frame(camera, Mode::Textured, Antialias::None)
+            };
+            let picture = renderer.render(&gpu, &params).unwrap();
+            share_of_others(&picture, &asset, &camera, choice)
+        };
+        // Pixels at edges of faces may fall to either face.
+        let off = others(Paint::Blended, view_weights::blended);
+        assert!(off < 0.002, "{off} of the blended picture");
+        let off = others(Paint::Nearest, nearest);
+        assert!(off < 0.002, "{off} of the picture of nearest views");
+        let off = others(Paint::Blended, nearest);
+        assert!(off > 0.5, "{off}: nearest views pass for blended ones");
+    }
 }
 
 /// The largest mean change of a square of pixels from one frame to the next, in steps of 255.

@@ -220,7 +220,6 @@ impl Stage {
         let shape = ClipShape {
             loops: &loops,
             outline: &loops,
-            ..ClipShape::EMPTY
         };
         let params = FrameParams {
             background,

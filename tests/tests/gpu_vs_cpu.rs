@@ -330,12 +330,25 @@ fn soft_edges_cover_the_area_that_lies_inside() {
         vec![ring(middle, 45.0, 3)],
         vec![ring(middle, 48.0, 4), ring(middle + 3.0, -20.0, 5)],
     ];
-    for (index, loops) in shapes.into_iter().enumerate() {
+    // A camera that sees farther: the hull is still where the model's bounding sphere ends.
+    let wide = Camera::fit_sphere(
+        screen.camera.eye,
+        DVec3::ZERO,
+        1.6,
+        None,
+        (SIDE_PX, SIDE_PX),
+    );
+    let near = screen.camera;
+    let cases = shapes.into_iter().flat_map(|shape| {
+        let far = shape.clone();
+        [(near, shape), (wide.clone().unwrap(), far)]
+    });
+    for (index, (camera, loops)) in cases.enumerate() {
+        screen.camera = camera;
         let truth = covered_shares(&loops);
         let shape = ClipShape {
             loops: &loops,
             outline: &loops,
-            ..ClipShape::EMPTY
         };
         let soft = screen.alpha(Antialias::Soft, &shape);
         let allowed = tolerance::SOFT_COVERAGE;

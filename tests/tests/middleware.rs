@@ -439,7 +439,7 @@ fn given_loops_clip() {
         }
         corners
     };
-    let loops = vec![
+    let loops = [
         square(60.3, 70.2, 31.4, false),
         square(60.3, 70.2, 12.1, true),
         square(110.7, 90.4, 22.3, false),
@@ -561,7 +561,7 @@ fn a_parallel_view_sees_the_outline_of_a_far_eye() {
         };
         let hull = mask(&draw(gpu, &mut renderer, &view, &[whole]));
         let mut wanted = Mask::new(SIDE_PX, SIDE_PX);
-        fill_even_odd(&stage.outline(&far), &mut wanted);
+        fill_even_odd(stage.outline(&far), &mut wanted);
         wanted.intersect(&hull);
         let off = found.count_different(&wanted);
         assert!(off <= 60, "{off} of {} pixels", wanted.count());

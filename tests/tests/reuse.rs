@@ -52,7 +52,8 @@ impl Stage {
             .map(|k| {
                 let t = (f64::from(k) * STEP).to_radians();
                 let direction = DVec3::new(t.cos(), 0.3 + 0.2 * (0.7 * t).sin(), t.sin());
-                let eye = sphere.center + direction.normalize() * (sphere.radius * distance_rel);
+                let eye =
+                    sphere.center + direction.normalize_or_zero() * (sphere.radius * distance_rel);
                 Camera::fit_sphere(eye, sphere.center, sphere.radius, None, (side, side)).unwrap()
             })
             .collect()

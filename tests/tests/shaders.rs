@@ -9,7 +9,18 @@ use std::path::Path;
 use naga::back::glsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use silmap_gpu::shaders::{self, Shader};
-use silmap_study::{EdgeLinesUniform, HullPaintUniform, MaterialUniform, TintUniform, ViewUniform};
+use silmap_study::{EdgeLinesUniform, GroundUniform, MaterialUniform, TintUniform, ViewUniform};
+
+/// Crates that have shaders, and theirs.
+const TABLES: &[(&str, &[Shader])] = &[
+    ("silmap-gpu", shaders::ALL),
+    ("silmap-runtime", silmap_runtime::shaders::ALL),
+];
+
+/// All of them.
+fn all() -> impl Iterator<Item = &'static Shader> {
+    TABLES.iter().flat_map(|(_, table)| *table)
+}
 
 fn parsed(shader: &Shader) -> (naga::Module, ModuleInfo) {
     let source = shader.source();
@@ -23,8 +34,10 @@ fn parsed(shader: &Shader) -> (naga::Module, ModuleInfo) {
 
 #[test]
 fn every_program_is_valid_and_has_its_entry_points() {
-    assert!(!shaders::ALL.is_empty(), "nothing was checked");
-    for shader in shaders::ALL {
+    for (of, table) in TABLES {
+        assert!(!table.is_empty(), "nothing was checked of {of}");
+    }
+    for shader in all() {
         let (module, _) = parsed(shader);
         let names: Vec<&str> = module
             .entry_points
@@ -69,22 +82,22 @@ fn texts(folder: &Path, into: &mut Vec<(String, String)>) {
 
 #[test]
 fn every_file_is_part_of_a_program() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/silmap-gpu/shaders");
-    let mut files = Vec::new();
-    texts(&folder, &mut files);
-    assert!(!files.is_empty(), "no shader file was found");
-    let used: BTreeSet<&str> = shaders::ALL
-        .iter()
-        .flat_map(|s| s.parts.iter().copied())
-        .collect();
-    for (path, text) in &files {
-        assert!(used.contains(text.as_str()), "{path} belongs to no shader");
+    for (of, table) in TABLES {
+        let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
+        let mut files = Vec::new();
+        texts(&crates.join(of).join("shaders"), &mut files);
+        assert!(!files.is_empty(), "no shader file of {of} was found");
+        let parts = table.iter().flat_map(|s| s.parts.iter().copied());
+        let used: BTreeSet<&str> = parts.collect();
+        for (path, text) in &files {
+            assert!(used.contains(text.as_str()), "{path} belongs to no shader");
+        }
+        assert_eq!(
+            files.len(),
+            used.len(),
+            "a shader of {of} has a part that is no file"
+        );
     }
-    assert_eq!(
-        files.len(),
-        used.len(),
-        "a shader has a part that is no file"
-    );
 }
 
 /// Name, offset and size of each member of a WGSL struct, and the struct's size.
@@ -120,15 +133,7 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
     let pairs = [
         (
             wgsl_layout(&shaders::SHADE_MODEL, "View"),
-            rust_layout!(
-                ViewUniform,
-                clip_from_object,
-                lights,
-                size_px,
-                ambient,
-                dim,
-                eye
-            ),
+            rust_layout!(ViewUniform, clip_from_object, lights, size_px, ambient, dim),
         ),
         (
             wgsl_layout(&shaders::SHADE_MODEL, "ModelMaterial"),
@@ -139,8 +144,8 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
             rust_layout!(TintUniform, colour),
         ),
         (
-            wgsl_layout(&shaders::SHADE_HULL, "HullPaint"),
-            rust_layout!(HullPaintUniform, texture_from_object, albedo),
+            wgsl_layout(&shaders::GROUND_SHADOW, "Ground"),
+            rust_layout!(GroundUniform, corners, strength, texel, room),
         ),
         (
             wgsl_layout(&shaders::SOUP_NEAR, "EdgeLines"),
@@ -162,22 +167,14 @@ fn uniforms_lie_in_memory_as_the_shaders_read_them() {
 
 #[test]
 fn a_struct_in_another_order_is_noticed() {
-    let swapped = rust_layout!(
-        ViewUniform,
-        clip_from_object,
-        lights,
-        ambient,
-        size_px,
-        dim,
-        eye
-    );
+    let swapped = rust_layout!(ViewUniform, clip_from_object, lights, ambient, size_px, dim);
     assert_ne!(wgsl_layout(&shaders::SHADE_MODEL, "View"), swapped);
 }
 
 #[test]
 fn web_programs_can_be_written_for_webgl2() {
     let mut written = 0;
-    for shader in shaders::ALL.iter().filter(|s| s.web) {
+    for shader in all().filter(|s| s.web) {
         let (module, info) = parsed(shader);
         // Constants that a pipeline sets keep their defaults here.
         let (module, info) = naga::back::pipeline_constants::process_overrides(

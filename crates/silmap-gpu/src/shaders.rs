@@ -30,7 +30,6 @@ impl Shader {
 
 const VIEW: &str = include_str!("../shaders/shared/view.wgsl");
 const SCREEN: &str = include_str!("../shaders/shared/screen.wgsl");
-const HULL: &str = include_str!("../shaders/shared/hull.wgsl");
 const SOUP: &str = include_str!("../shaders/shared/soup.wgsl");
 
 macro_rules! shaders {
@@ -59,12 +58,8 @@ shaders! {
     STENCIL_COVER = "stencil_cover" after [SCREEN];
     /// Coverage near the segments of the outline.
     EDGE_COVERAGE = "edge_coverage" after [VIEW];
-    /// The depth of the hull alone.
-    HULL_DEPTH = "hull_depth" after [VIEW, HULL];
-    /// The hull, textured or lit.
-    SHADE_HULL = "shade_hull" after [VIEW, HULL];
-    /// The hull as far as the coverage of the outline goes.
-    SHADE_HULL_COVERED = "shade_hull_covered" after [VIEW, HULL];
+    /// The shadow on the ground, by a light's depths.
+    GROUND_SHADOW = "ground_shadow" after [];
     /// One colour by a coverage.
     TINT = "tint" after [SCREEN];
     /// Where two masks differ.

@@ -51,7 +51,10 @@ pub fn deviation(one: &[Loop], two: &[Loop], (width, height): (u32, u32)) -> Dev
     }
 }
 
-fn thickest(outlines: [(&[Loop], &Vec<(DVec2, DVec2)>); 2], (width, height): (u32, u32)) -> f64 {
+/// Loops, and their edges.
+type Outlined<'a> = (&'a [Loop], &'a [(DVec2, DVec2)]);
+
+fn thickest(outlines: [Outlined<'_>; 2], (width, height): (u32, u32)) -> f64 {
     let fine = |px: u32| (f64::from(px) * FINENESS) as u32;
     let [one, two] = outlines.map(|(loops, _)| {
         let mut mask = Mask::new(fine(width), fine(height));

@@ -2,7 +2,7 @@
 
 use silmap_exact::{DirectedEdge, FanReport, Outliner, chain_loops, decompose_loops, image_loops};
 use silmap_geometry::{Camera, Loop, TriangleMesh};
-use silmap_study::{ClipShape, FanApex};
+use silmap_study::ClipShape;
 
 use crate::MeasureError;
 
@@ -44,7 +44,6 @@ impl ExactShape {
     #[must_use]
     pub fn clip_shape(&self) -> ClipShape<'_> {
         ClipShape {
-            apex: FanApex::Centroid,
             loops: &self.loops,
             outline: &self.outline,
         }

@@ -93,6 +93,7 @@ pub fn colour_errors(
             antialias: Antialias::None,
             background: Background::Transparent,
             edges: EdgeParams::default(),
+            shadow: None,
         };
         let original = renderer.render(gpu, &frame)?;
         frame.mode = Mode::Clipped;

@@ -1,7 +1,7 @@
 // What the hull shows: up to three texture views that share a face, and tiles of the atlas or light where none sees it.
 //
-// The weights of views are as in `blend.rs` of `silmap-study`: 1/a − 1/t, a the distance between the directions from the face to a view
-// and to the eye, t that of the fourth nearest.
+// The weights of views are as in `view_weights.rs` of `silmap-tests`, which they are tested against: 1/a − 1/t, a the distance
+// between the directions from the face to a view and to the eye, t that of the fourth nearest.
 // Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.2, for the visibility bits and the nearest view; Buehler, Bosse, McMillan,
 // Gortler, Cohen. Unstructured Lumigraph Rendering. SIGGRAPH 2001, section 4, for weights that fall to zero.
 // Points near P(v), not v, are projected into the texture views, in homogeneous coordinates, so that a picture lies on the plane through
@@ -15,9 +15,8 @@ const PAINT_VIEWS: u32 = 2u;
 const PAINT_TILES: u32 = 3u;
 const PAINT_LIT: u32 = 4u;
 
-// The largest distance between directions, and the least that is told from none.
-const PAINT_FARTHEST: f32 = 2.0;
-const PAINT_LEAST: f32 = 1e-6;
+// The least distance between directions that is told from none.
+const PAINT_LEAST: f32 = 1e-4;
 
 struct Asset {
     // Per texture view: (s·q, t·q, q) of a point of the object, (s, t) from the picture's top-left.
@@ -66,11 +65,10 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
         to_eye = eye.xyz - corner.middle;
     }
     let direction = normalize(to_eye);
-    // The four nearest, nearest first.
-    var distances = vec4f(PAINT_FARTHEST);
+    // The four nearest, nearest first: cosines of the angles between their directions and the eye's.
+    var cosines = vec4f(-1.0);
     var views = vec4u(0u);
     var nearest = 1e30;
-    var nearest_view = 0u;
     var is_seen = false;
     for (var view = 0u; view < asset.counts.x; view++) {
         let word = select(corner.visible.x, corner.visible.y, view >= 32u);
@@ -78,33 +76,31 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
             continue;
         }
         let to_view = asset.eyes[view].xyz - corner.middle;
-        var off = to_view - to_eye;
-        if eye.w < 0.5 {
-            off = normalize(to_view) - direction;
-        }
-        if dot(off, off) < nearest {
-            nearest = dot(off, off);
-            nearest_view = view;
-        }
-        if !is_seen {
-            // As far as the fourth, all of them: any is as good.
-            views.x = view;
-        }
-        is_seen = true;
-        let a = min(distance(normalize(to_view), direction), PAINT_FARTHEST);
-        if a < distances.x {
-            distances = vec4f(a, distances.xyz);
+        let cosine = dot(to_view, direction) * inverseSqrt(dot(to_view, to_view));
+        if mode == PAINT_NEAREST {
+            var off = to_view - to_eye;
+            if eye.w < 0.5 {
+                off = vec3f(1.0 - cosine, 0.0, 0.0);
+            }
+            if dot(off, off) < nearest {
+                nearest = dot(off, off);
+                views.x = view;
+            }
+        } else if cosine > cosines.x || !is_seen {
+            // As far as all others: any is as good.
+            cosines = vec4f(cosine, cosines.xyz);
             views = vec4u(view, views.xyz);
-        } else if a < distances.y {
-            distances = vec4f(distances.x, a, distances.yz);
+        } else if cosine > cosines.y {
+            cosines = vec4f(cosines.x, cosine, cosines.yz);
             views = vec4u(views.x, view, views.yz);
-        } else if a < distances.z {
-            distances = vec4f(distances.xy, a, distances.z);
+        } else if cosine > cosines.z {
+            cosines = vec4f(cosines.xy, cosine, cosines.z);
             views = vec4u(views.xy, view, views.z);
-        } else if a < distances.w {
-            distances.w = a;
+        } else if cosine > cosines.w {
+            cosines.w = cosine;
             views.w = view;
         }
+        is_seen = true;
     }
     if !is_seen {
         return shares;
@@ -112,9 +108,10 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
     shares.views = views.xyz;
     shares.weights = vec4f(1.0, 0.0, 0.0, 0.0);
     if mode == PAINT_NEAREST {
-        shares.views.x = nearest_view;
         return shares;
     }
+    // Chords between the directions.
+    let distances = sqrt(max(2.0 - 2.0 * cosines, vec4f(0.0)));
     let inverse = 1.0 / max(distances, vec4f(PAINT_LEAST));
     let weights = inverse.xyz - inverse.w;
     let sum = weights.x + weights.y + weights.z;

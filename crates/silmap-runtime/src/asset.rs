@@ -108,6 +108,13 @@ impl LoadedAsset {
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let group = layouts.bind_asset(device, &uniform, &views, &atlas);
+        #[cfg_attr(
+            target_arch = "wasm32",
+            allow(
+                clippy::arc_with_non_send_sync,
+                reason = "browsers keep what is on the device on one thread; elsewhere it is shared"
+            )
+        )]
         Ok(Self(Arc::new(AssetData {
             id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
             origin: bounds.center,

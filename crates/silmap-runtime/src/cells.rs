@@ -191,7 +191,7 @@ fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], DVec3) {
         middle[other] = ((at + 0.5) * side - FRAC_PI_4).tan();
     }
     let face = 2 * axis as u64 + u64::from(along < 0.0);
-    (face, square, middle.normalize())
+    (face, square, middle.normalize_or_zero())
 }
 
 #[cfg(test)]
@@ -203,7 +203,7 @@ mod tests {
         let direction = (-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64)
             .prop_map(DVec3::from)
             .prop_filter("a direction", |v| v.length() > 0.1)
-            .prop_map(DVec3::normalize);
+            .prop_map(DVec3::normalize_or_zero);
         (direction, 0.0..1.5_f64).prop_map(|(direction, rim_angle)| Bearing {
             direction,
             rim_angle,

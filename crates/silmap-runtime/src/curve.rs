@@ -21,6 +21,7 @@ use silmap_geometry::{Camera, CameraError};
 use silmap_map::{InterpolateError, Interpolation, Loops, MapReader, SilhouetteMap};
 
 use crate::bands::{BandParams, Bands};
+use crate::thin::Thinning;
 
 /// Four integers of an outline.
 pub(crate) type Texel = [u32; 4];
@@ -39,7 +40,20 @@ const ROOM: f64 = 1.02;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
     pub(crate) right: DVec3,
+    forward: DVec3,
+    center: DVec3,
+    radius: f64,
     rows: [DVec4; 3],
+}
+
+/// How an outline is thinned out and sorted. Lengths are in the picture, in which the sphere has a radius of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sorting {
+    pub(crate) bands: BandParams,
+    /// How far points may be from an outline that has fewer.
+    pub(crate) tolerance: f64,
+    /// Sine of the angle by which eyes turn that it serves.
+    pub(crate) turn: f64,
 }
 
 impl Frame {
@@ -60,8 +74,17 @@ impl Frame {
         let row = |axis: DVec3| (axis * scale).extend(-axis.dot(center) * scale);
         Self {
             right,
+            forward,
+            center,
+            radius,
             rows: [row(right), row(up), last],
         }
+    }
+
+    /// Where a point is seen, and by how much it moves there when the eye turns by an angle with this sine.
+    fn deep(&self, point: DVec3, turn: f64) -> DVec3 {
+        let depth = self.forward.dot(point - self.center) / self.radius;
+        self.project(point).extend(depth * turn)
     }
 
     /// Where a point is seen.
@@ -95,6 +118,9 @@ pub(crate) struct CurveRequest<'a> {
 pub(crate) struct CurveBuilder {
     /// In space; loops are not closed by their first point.
     loops: Loops<DVec3>,
+    thinning: Thinning,
+    /// Of a loop: where points are seen, and how deep.
+    deep: Vec<DVec3>,
     points: Vec<DVec3>,
     apexes: Vec<u32>,
     is_edge: Vec<bool>,
@@ -145,10 +171,11 @@ impl CurveBuilder {
         &mut self,
         frame: &Frame,
         origin: DVec3,
-        params: &BandParams,
+        sorting: &Sorting,
         texels: &mut Vec<Texel>,
     ) -> Option<u32> {
-        self.close_loops(frame);
+        self.close_loops(frame, sorting);
+        let params = &sorting.bands;
         if !self.bands.sort(&self.seen, &self.is_edge, params) {
             return None;
         }
@@ -158,13 +185,7 @@ impl CurveBuilder {
         let cells_at = edges_at + self.bands.edges.len().div_ceil(8);
         texels.push([n_points, params.bands, params.cells, 0].map(|n| n as u32));
         texels.push([bands_at, edges_at, cells_at, 0].map(|n| n as u32));
-        let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
-        let [x, y, z] = bits(frame.right);
-        texels.push([x, y, z, 0]);
-        for (point, &apex) in self.points.iter().zip(&self.apexes) {
-            let [x, y, z] = bits(point - origin);
-            texels.push([x, y, z, apex]);
-        }
+        self.push_points(frame, origin, texels);
         push_halves(&self.bands.starts, texels);
         push_halves(&self.bands.edges, texels);
         for cells in self.bands.cells.chunks(64) {
@@ -177,16 +198,48 @@ impl CurveBuilder {
         Some(n_points as u32)
     }
 
+    /// Appends the texels that fans need, without bands and cells, which may be too few for what the stencil can count; returns the
+    /// number of points.
+    pub(crate) fn encode_fans(
+        &mut self,
+        frame: &Frame,
+        origin: DVec3,
+        texels: &mut Vec<Texel>,
+    ) -> u32 {
+        self.close_loops(frame);
+        let n_points = self.points.len() as u32;
+        texels.push([n_points, 0, 0, 0]);
+        texels.push([0; 4]);
+        self.push_points(frame, origin, texels);
+        n_points
+    }
+
+    /// Appends the frame's right and the points.
+    fn push_points(&self, frame: &Frame, origin: DVec3, texels: &mut Vec<Texel>) {
+        let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
+        let [x, y, z] = bits(frame.right);
+        texels.push([x, y, z, 0]);
+        for (point, &apex) in self.points.iter().zip(&self.apexes) {
+            let [x, y, z] = bits(point - origin);
+            texels.push([x, y, z, apex]);
+        }
+    }
+
     /// Lays out points with their fans' apexes: the point of median height, so that triangles are wide.
-    fn close_loops(&mut self, frame: &Frame) {
+    fn close_loops(&mut self, frame: &Frame, sorting: &Sorting) {
         self.points.clear();
         self.apexes.clear();
         self.is_edge.clear();
         self.seen.clear();
         for points in self.loops.iter() {
             let first = self.points.len() as u32;
-            self.points.extend_from_slice(points);
-            self.points.push(points[0]);
+            self.deep.clear();
+            let deep = points.iter().map(|&p| frame.deep(p, sorting.turn));
+            self.deep.extend(deep);
+            let is_kept = self.thinning.keep(&self.deep, sorting.tolerance);
+            let kept = points.iter().zip(is_kept).filter(|(_, is_kept)| **is_kept);
+            self.points.extend(kept.map(|(&p, _)| p));
+            self.points.push(self.points[first as usize]);
             let seen = self.points[first as usize..].iter();
             self.seen.extend(seen.map(|&p| frame.project(p)));
             self.heights.clear();
@@ -197,9 +250,10 @@ impl CurveBuilder {
             let by_height =
                 |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
             let (_, &mut (_, apex), _) = self.heights.select_nth_unstable_by(middle, by_height);
-            self.apexes.extend(points.iter().map(|_| apex));
+            let n_edges = self.heights.len();
+            self.apexes.extend((0..n_edges).map(|_| apex));
             self.apexes.push(NO_EDGE);
-            self.is_edge.extend(points.iter().map(|_| true));
+            self.is_edge.extend((0..n_edges).map(|_| true));
             self.is_edge.push(false);
         }
     }
@@ -244,10 +298,14 @@ mod tests {
         let loops = two_loops();
         builder.assign(loops.iter().map(Vec::as_slice));
         let frame = Frame::new(DVec4::new(0.0, 0.0, 5.0, 1.0), DVec3::ZERO, 1.0);
-        let params = BandParams {
-            bands: 9,
-            cells: 10,
-            margin: 0.01,
+        let params = Sorting {
+            bands: BandParams {
+                bands: 9,
+                cells: 10,
+                margin: 0.01,
+            },
+            tolerance: 0.0,
+            turn: 0.1,
         };
         let origin = DVec3::new(0.25, 0.0, 0.0);
         let mut texels = vec![[7; 4]];
@@ -288,7 +346,7 @@ mod tests {
             eye in (-1.0..1.0_f64, -1.0..1.0_f64, 0.1..1.0_f64), distance in 1.1..1e4_f64, turn in 0.0..6.2_f64, is_far: bool,
         ) {
             let center = DVec3::new(0.3, -2.0, 1.0);
-            let direction = DVec3::from(eye).normalize();
+            let direction = DVec3::from(eye).normalize_or_zero();
             let eye = if is_far { direction.extend(0.0) } else { (center + direction * distance).extend(1.0) };
             let frame = Frame::new(eye, center, 1.0);
             let sine = if is_far { 0.0 } else { 1.0 / distance };

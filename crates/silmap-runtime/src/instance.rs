@@ -133,7 +133,7 @@ pub enum Paint {
 /// they wind a number of times other than zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpaceLoops {
-    /// Closed loops of three or more points each.
+    /// Closed loops of three or more points each; others are left out. Where none is left nothing is drawn.
     pub loops: Vec<Vec<DVec3>>,
 }
 
@@ -186,7 +186,7 @@ mod tests {
             axis in (-1.0..1.0_f64, -1.0..1.0_f64, 0.1..1.0_f64), angle in -3.0..3.0_f64,
             scale in 1e-6..1e6_f64, x in -1e6..1e6_f64,
         ) {
-            let rotation = DQuat::from_axis_angle(DVec3::from(axis).normalize(), angle);
+            let rotation = DQuat::from_axis_angle(DVec3::from(axis).normalize_or_zero(), angle);
             let transform = Transform::new(scale, rotation, DVec3::new(x, 1.0, -x)).unwrap();
             let again = Transform::from_matrix(transform.matrix(DVec3::ZERO)).unwrap();
             let p = DVec3::new(0.3, -0.2, 0.9);

@@ -8,7 +8,7 @@ use silmap_map::{Detail, Interpolation, Method, Transfer};
 use crate::asset::AssetData;
 use crate::bands::BandParams;
 use crate::cells::{Cell, JUMP_REL, ReuseError};
-use crate::curve::{CurveBuilder, CurveRequest, Frame, Texel};
+use crate::curve::{CurveBuilder, CurveRequest, Frame, Sorting, Texel};
 
 /// An outline to be made.
 #[derive(Clone, Debug)]
@@ -49,20 +49,31 @@ const FEWEST_A_THREAD: usize = 4;
 /// Pixels beyond the outline that coverage and rounding reach.
 const BEYOND_PX: f64 = 1.5;
 
+/// Up to this radius in pixels an outline is interpolated for the point of the polytope that faces the eye alone: on the bunny it is off
+/// by 0.06 pixels on average then, for 0.03, in a fifth of the time.
+const FACING_PX: f64 = 16.0;
+
+/// How far points that are left out may be from the outline, pixels, where it need not be exact.
+const THINNED_PX: f64 = 0.1;
+
 /// How finely a cell's outline is sorted: it may move by as much as the eye does within twice the cell, and pictures may be half as
 /// large as the largest.
-pub(crate) fn sorting_of(cell: &Cell, error: &ReuseError) -> BandParams {
-    let reach = if error.allowed_px > 0.0 {
+pub(crate) fn sorting_of(cell: &Cell, error: &ReuseError) -> Sorting {
+    let turn = if error.allowed_px > 0.0 {
         let twice = ReuseError {
             allowed_px: 2.0 * error.allowed_px,
             ..*error
         };
-        twice.reach(cell.radius_px)
+        twice.reach(cell.radius_px).sin()
     } else {
         0.0
     };
     let smallest_px = 0.5 * cell.radius_px;
-    BandParams::for_size(2.0 * cell.radius_px, reach.sin() + BEYOND_PX / smallest_px)
+    Sorting {
+        bands: BandParams::for_size(2.0 * cell.radius_px, turn + BEYOND_PX / smallest_px),
+        tolerance: THINNED_PX.min(0.5 * error.allowed_px) / cell.radius_px,
+        turn,
+    }
 }
 
 impl Worker {
@@ -93,7 +104,11 @@ impl Worker {
             radius_px: cell.radius_px,
             how: Interpolation {
                 method: how.method.unwrap_or(asset.method),
-                transfer: Transfer::Depths,
+                transfer: if cell.radius_px <= FACING_PX {
+                    Transfer::FacingPoint
+                } else {
+                    Transfer::Depths
+                },
                 detail: Detail::OnScreen,
             },
         };

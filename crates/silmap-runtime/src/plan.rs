@@ -24,7 +24,7 @@ use crate::{Antialias, ClipBy, PrepareError, RendererOptions};
 pub struct FrameStats {
     /// Instances that are drawn.
     pub drawn: usize,
-    /// Instances out of the picture.
+    /// Instances out of the picture, or clipped by no loop at all.
     pub out_of_view: usize,
     /// Instances drawn whole: their outline was not asked for, the eye is within the model's bounding sphere, or there is no outline.
     pub whole: usize,
@@ -127,6 +127,23 @@ const GIVEN: u64 = u64::MAX;
 /// How much larger than the hull's sphere the place of an instance on the screen counts as.
 const ROOM: f64 = 1.02;
 
+/// The sphere that holds all of a given outline that can be seen on the hull: the hull's own, or where the eye is within that, the
+/// model's.
+fn sphere_of_given(asset: &AssetData, eye: DVec4) -> (DVec3, f64) {
+    let is_within = eye.w > 0.0 && eye.xyz().distance(asset.origin) <= asset.radius;
+    if is_within {
+        (asset.map.center, asset.map.radius)
+    } else {
+        (asset.origin, asset.radius)
+    }
+}
+
+/// A sphere as shaders read it.
+fn record_sphere(asset: &AssetData, (center, radius): (DVec3, f64)) -> [f32; 4] {
+    let place = center - asset.origin;
+    place.extend(radius).as_vec4().to_array()
+}
+
 impl Plan {
     pub(crate) fn new(options: &RendererOptions, texels: u32) -> Self {
         Self {
@@ -223,6 +240,13 @@ impl Plan {
     fn add(&mut self, k: usize, instance: &Instance<'_>, eye: &Eye) {
         let asset = &instance.asset.0;
         let transform = &instance.transform;
+        if let Outline::Given(given) = instance.outline
+            && given.loops.iter().all(|points| points.len() < 3)
+        {
+            // Nothing is inside of no loops.
+            self.stats.out_of_view += 1;
+            return;
+        }
         let middle = transform.point(asset.origin);
         let radius = asset.radius * transform.scale * ROOM;
         let Some(rect) = eye.rect(middle, radius) else {
@@ -242,10 +266,7 @@ impl Plan {
                 clip_from_object: matrix.as_mat4().to_cols_array_2d(),
                 eye: local_eye.as_vec4().to_array(),
                 outline: [0, 0, instance.paint as u32, 0],
-                sphere: (asset.map.center - asset.origin)
-                    .extend(asset.map.radius)
-                    .as_vec4()
-                    .to_array(),
+                sphere: record_sphere(asset, (asset.map.center, asset.map.radius)),
             },
             instance: k,
             asset: asset_at,
@@ -261,7 +282,10 @@ impl Plan {
             Outline::Whole => {}
             Outline::Given(loops) => {
                 let loops = loops.loops.iter().map(Vec::as_slice);
-                visible.outline = self.add_given(k, asset, place, loops, &rect, eye);
+                let sphere = sphere_of_given(asset, place);
+                visible.record.sphere = record_sphere(asset, sphere);
+                let seen = (place, sphere);
+                visible.outline = self.add_given(k, asset, seen, loops, (&rect, eye));
             }
             Outline::OfAsset => self.add_own(asset, place, eye, &mut visible),
         }
@@ -323,13 +347,11 @@ impl Plan {
         &mut self,
         k: usize,
         asset: &Arc<AssetData>,
-        place: DVec4,
+        (place, (center, radius)): (DVec4, (DVec3, f64)),
         loops: impl Iterator<Item = &'l [DVec3]>,
-        rect: &Rect,
-        eye: &Eye,
+        (rect, eye): (&Rect, &Eye),
     ) -> Option<OutlineRef> {
-        let map = &asset.map;
-        let bearing = Bearing::new(place, map.center, map.radius)?;
+        let bearing = Bearing::new(place, center, radius)?;
         let radius_px = rect
             .radius_px(eye.size_px)
             .min(eye.size_px.max_element() * 4.0);
@@ -342,9 +364,16 @@ impl Plan {
         let worker = self.workers.first_mut()?;
         let start = worker.texels.len();
         worker.builder.assign(loops);
-        let frame = Frame::new(place, map.center, map.radius);
-        let sorting = sorting_of(&cell, &exact);
-        let points = (worker.builder).encode(&frame, asset.origin, &sorting, &mut worker.texels)?;
+        let frame = Frame::new(place, center, radius);
+        let points = match self.clip {
+            ClipBy::Stencil => {
+                (worker.builder).encode_fans(&frame, asset.origin, &mut worker.texels)
+            }
+            ClipBy::Coverage => {
+                let sorting = sorting_of(&cell, &exact);
+                (worker.builder).encode(&frame, asset.origin, &sorting, &mut worker.texels)?
+            }
+        };
         let texels = start..worker.texels.len();
         self.keep(&cell, 0, texels, points)
     }

@@ -155,7 +155,7 @@ mod tests {
         (-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64)
             .prop_map(DVec3::from)
             .prop_filter("a direction", |v| v.length() > 0.2)
-            .prop_map(DVec3::normalize)
+            .prop_map(DVec3::normalize_or_zero)
     }
 
     fn look(eye: DVec3, towards: DVec3) -> DMat4 {

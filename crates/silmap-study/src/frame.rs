@@ -1,10 +1,10 @@
 //! Parameters and errors of a frame.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CameraError, Loop};
 use silmap_gpu::{GpuError, wgpu};
-use silmap_map::polytope::PolytopeError;
 use silmap_map::{InterpolateError, Method};
+use silmap_runtime::{LightError, LoadError, Paint, PrepareError};
 use thiserror::Error;
 
 /// What is drawn.
@@ -72,6 +72,21 @@ impl Mode {
         matches!(self, Self::Original | Self::Difference | Self::Edges(_))
     }
 
+    /// Whether the mode shows the hull.
+    #[must_use]
+    pub fn shows_hull(self) -> bool {
+        matches!(
+            self,
+            Self::Coarse | Self::Textured | Self::Clipped | Self::Exact
+        )
+    }
+
+    /// Whether the mode can show the object's shadow: the outline that a light sees is known.
+    #[must_use]
+    pub fn casts_shadow(self) -> bool {
+        matches!(self, Self::Coarse | Self::Textured | Self::Clipped)
+    }
+
     /// Whether the mode is clipped by an outline or shows it.
     #[must_use]
     pub fn needs_outline(self) -> bool {
@@ -80,20 +95,6 @@ impl Mode {
             Self::Clipped | Self::Exact | Self::Silhouette | Self::Difference
         )
     }
-}
-
-/// What the hull shows in the modes that paint it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Paint {
-    /// The texture views nearest to the eye, blended so that nothing pops; tiles of the atlas where no view sees the face.
-    #[default]
-    Blended,
-    /// The paper's: the one nearest texture view that sees the face; tiles where none does.
-    Nearest,
-    /// The blended texture views alone; lit where none sees the face.
-    Views,
-    /// The atlas alone, as in any glTF viewer.
-    Tiles,
 }
 
 /// How edges are smoothed.
@@ -118,21 +119,9 @@ pub enum Background {
     Colour([u8; 3]),
 }
 
-/// Where the triangle fan of a loop has its apex. Any point does; it decides how many pixels the triangles pass over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum FanApex {
-    /// In the loop's vertex of median height: wide triangles, and two fewer than edges.
-    #[default]
-    MedianVertex,
-    /// In the middle of the loop's vertices.
-    Centroid,
-}
-
 /// A region of the image, as loops of whatever origin.
 #[derive(Clone, Copy, Debug)]
 pub struct ClipShape<'a> {
-    /// How each loop becomes triangles.
-    pub apex: FanApex,
     /// Loops in pixels of the frame's camera. They hold the points about which they wind a number of times other than zero; up to 127
     /// windings are counted.
     pub loops: &'a [Loop],
@@ -144,7 +133,6 @@ pub struct ClipShape<'a> {
 impl ClipShape<'_> {
     /// The region without a point.
     pub const EMPTY: Self = Self {
-        apex: FanApex::MedianVertex,
         loops: &[],
         outline: &[],
     };
@@ -165,6 +153,15 @@ impl Default for PictureOptions {
     }
 }
 
+/// A shadow on the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowParams {
+    /// The direction to the light, of any length.
+    pub to_light: DVec3,
+    /// The direction away from the ground, of any length. The ground touches the object's lowest point.
+    pub up: DVec3,
+}
+
 /// One frame.
 #[derive(Clone, Debug)]
 pub struct FrameParams {
@@ -182,6 +179,8 @@ pub struct FrameParams {
     pub background: Background,
     /// Lines in [`Mode::Edges`].
     pub edges: EdgeParams,
+    /// The shadow on the ground, in modes that [cast one](Mode::casts_shadow).
+    pub shadow: Option<ShadowParams>,
 }
 
 /// Why there is no picture.
@@ -197,9 +196,20 @@ pub enum RenderError {
     /// The outline cannot be interpolated.
     #[error(transparent)]
     Interpolate(#[from] InterpolateError),
-    /// The silhouette map is broken.
+    /// The asset cannot be drawn.
     #[error(transparent)]
-    Map(#[from] PolytopeError),
+    Load(#[from] LoadError),
+    /// The camera's matrix cannot be used.
+    #[error(transparent)]
+    View(#[from] PrepareError),
+    /// The outline has more edges than can be told apart.
+    #[error(
+        "the outline has {points} points, more than soft edges can be made of: smooth it by samples, or not at all"
+    )]
+    OutlineTooDetailed {
+        /// Its points.
+        points: usize,
+    },
     /// The image is larger than the adapter can draw.
     #[error(
         "an image of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -230,6 +240,21 @@ pub enum RenderError {
         /// The mode asked for.
         mode: Mode,
     },
+    /// The mode has no shadow.
+    #[error("mode {mode:?} casts no shadow")]
+    NoShadow {
+        /// The mode asked for.
+        mode: Mode,
+    },
+    /// The light of the shadow has no view.
+    #[error(transparent)]
+    Light(#[from] LightError),
+    /// The light does not fall on the ground from above.
+    #[error("the light is not above the ground, by one degree at least: there is no shadow")]
+    LightBelowGround,
+    /// There is no outline from the light.
+    #[error("the outline that the light sees cannot be interpolated")]
+    NoOutlineOfShadow,
     /// The nearest faces have not been found for this camera.
     #[error(
         "the nearest faces have not been found for this camera: frames by item buffer can only be rendered, not recorded"
@@ -238,30 +263,6 @@ pub enum RenderError {
     /// A loop has a point that is not a number.
     #[error("a loop of the outline has a point that is not finite")]
     LoopNotFinite,
-    /// A texture's bytes are no picture.
-    #[error("texture {index} of the asset cannot be decoded: {reason}")]
-    BadTexture {
-        /// Which texture view; their count stands for the atlas.
-        index: usize,
-        /// What the decoder said.
-        reason: String,
-    },
-    /// The texture views differ in size.
-    #[error(
-        "texture view {index} of the asset has {width} × {height} pixels, the first one {first_width} × {first_height}"
-    )]
-    TextureSizesDiffer {
-        /// The odd one.
-        index: usize,
-        /// Its columns.
-        width: u32,
-        /// Its rows.
-        height: u32,
-        /// Columns of the first.
-        first_width: u32,
-        /// Rows of the first.
-        first_height: u32,
-    },
     /// A texture is larger than the adapter can hold.
     #[error(
         "a texture of {width} × {height} pixels is over this graphics adapter's limit of {limit} a side"
@@ -273,20 +274,6 @@ pub enum RenderError {
         height: u32,
         /// The adapter's limit.
         limit: u32,
-    },
-    /// There are more texture views than a face's visibility bits can name.
-    #[error("the asset has {count} texture views; at most {limit} can be used")]
-    TooManyTextures {
-        /// How many there are.
-        count: usize,
-        /// How many there may be.
-        limit: usize,
-    },
-    /// Parts of the asset do not belong together.
-    #[error("the asset's hull is broken: {what}")]
-    BadHull {
-        /// What does not fit.
-        what: &'static str,
     },
     /// A material's texture, or a material itself, is missing from the model.
     #[error("the model's appearance is broken: {what}")]

@@ -1,7 +1,7 @@
 //! Uniform data and bind group layouts. Group 0 is the view, 1 the pass, 2 the object that is drawn.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec3, Mat4};
+use glam::{DMat4, DVec3};
 use silmap_geometry::{Camera, lighting};
 use silmap_gpu::wgpu;
 
@@ -19,8 +19,6 @@ pub struct ViewUniform {
     pub ambient: f32,
     /// Factor on everything.
     pub dim: f32,
-    /// The eye in the space of the geometry; the last place is one.
-    pub eye: [f32; 4],
 }
 
 impl ViewUniform {
@@ -37,7 +35,6 @@ impl ViewUniform {
             size_px: camera.size().as_vec2().to_array(),
             ambient: lighting::AMBIENT,
             dim,
-            eye: (camera.eye - origin).extend(1.0).as_vec4().to_array(),
         }
     }
 }
@@ -58,21 +55,15 @@ pub struct TintUniform {
     pub colour: [f32; 4],
 }
 
-/// Column-major array of a matrix in single precision.
-pub(crate) fn columns(matrix: DMat4) -> [[f32; 4]; 4] {
-    Mat4::to_cols_array_2d(&matrix.as_mat4())
-}
-
 /// All bind group layouts.
 #[derive(Debug)]
 pub(crate) struct Layouts {
     pub(crate) view: wgpu::BindGroupLayout,
-    pub(crate) coverage: wgpu::BindGroupLayout,
     pub(crate) tint: wgpu::BindGroupLayout,
     pub(crate) two_masks: wgpu::BindGroupLayout,
     pub(crate) material: wgpu::BindGroupLayout,
-    pub(crate) hull: wgpu::BindGroupLayout,
     pub(crate) edge_lines: wgpu::BindGroupLayout,
+    pub(crate) ground: wgpu::BindGroupLayout,
 }
 
 impl Layouts {
@@ -97,23 +88,27 @@ impl Layouts {
             has_dynamic_offset: false,
             min_binding_size: None,
         };
-        let image = |view_dimension, filterable| wgpu::BindingType::Texture {
+        let image = |filterable| wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable },
-            view_dimension,
+            view_dimension: wgpu::TextureViewDimension::D2,
             multisampled: false,
         };
-        let mask = image(wgpu::TextureViewDimension::D2, false);
-        let picture = image(wgpu::TextureViewDimension::D2, true);
-        let pictures = image(wgpu::TextureViewDimension::D2Array, true);
+        let mask = image(false);
+        let picture = image(true);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let comparison = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+        let depths = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Depth,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
         Self {
             view: layout("view", &[uniform]),
-            coverage: layout("coverage", &[mask]),
             tint: layout("tint", &[mask, uniform]),
             two_masks: layout("two masks", &[mask, mask]),
             material: layout("material", &[uniform, picture, sampler]),
-            hull: layout("hull", &[uniform, pictures, picture, sampler]),
             edge_lines: layout("edge lines", &[uniform]),
+            ground: layout("ground", &[uniform, depths, comparison]),
         }
     }
 }

@@ -266,7 +266,7 @@ fn address_mode(wrap: TextureWrap) -> wgpu::AddressMode {
 }
 
 /// A picture as a texture of sRGB colours.
-pub(crate) fn upload_picture(
+fn upload_picture(
     gpu: &Gpu,
     label: &str,
     picture: &ColourImage,
@@ -291,26 +291,15 @@ pub(crate) fn upload_picture(
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
     let format = wgpu::TextureFormat::Rgba8UnormSrgb;
     let texture = texture_2d(&gpu.device, label, (width, height), format, (1, usage));
-    write_layer(gpu, &texture, 0, picture);
-    Ok(texture)
-}
-
-/// Fills one layer of a texture with a picture of its size.
-pub(crate) fn write_layer(gpu: &Gpu, texture: &wgpu::Texture, layer: u32, picture: &ColourImage) {
-    let mut to = texture.as_image_copy();
-    to.origin.z = layer;
     gpu.queue.write_texture(
-        to,
+        texture.as_image_copy(),
         &picture.rgba,
         wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(4 * picture.width),
+            bytes_per_row: Some(4 * width),
             rows_per_image: None,
         },
-        wgpu::Extent3d {
-            width: picture.width,
-            height: picture.height,
-            depth_or_array_layers: 1,
-        },
+        texture.size(),
     );
+    Ok(texture)
 }

@@ -7,9 +7,8 @@
 use silmap_gpu::{Gpu, wgpu};
 
 use crate::clip::ClipBuffers;
-use crate::hull_paint::HullBuffers;
 use crate::image_precision::Soup;
-use crate::layouts::{Layouts, bind};
+use crate::layouts::Layouts;
 use crate::model::ModelBuffers;
 use crate::pipelines::{Draw, PipelineKey, Pipelines, StencilRole};
 use crate::targets::{COVERAGE, SAMPLES, Targets};
@@ -35,13 +34,6 @@ pub(crate) struct FrameRecorder<'a> {
     pub(crate) targets: &'a mut Targets,
 }
 
-/// What a pass finds in its stencil.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum StencilStart {
-    Clear,
-    Load,
-}
-
 /// What a pass draws to.
 #[derive(Clone, Debug)]
 struct PassImages {
@@ -50,7 +42,6 @@ struct PassImages {
     depth_stencil: wgpu::TextureView,
     /// The colour to start from, or what is there already.
     start: Option<wgpu::Color>,
-    stencil: StencilStart,
 }
 
 /// Samples for what no outline smooths.
@@ -73,55 +64,30 @@ impl FrameRecorder<'_> {
         });
     }
 
-    /// The hull as it is.
-    pub(crate) fn whole_hull(&mut self, hull: &HullBuffers, antialias: Antialias) {
-        let samples = samples_of(antialias);
+    /// Hulls, as a renderer has them ready, over the ground with their shadow where there is one.
+    pub(crate) fn hulls(
+        &mut self,
+        hulls: &silmap_runtime::Renderer,
+        ground: Option<&wgpu::BindGroup>,
+    ) {
+        let samples = hulls.options().formats.samples;
         let images = self.frame_images(samples);
-        let key = self.frame_key(Draw::Hull, StencilRole::Ignore, samples);
-        self.pass("hull", images, |frame, pass| {
-            frame.set(pass, key);
-            hull.draw(pass);
-        });
-    }
-
-    /// The hull where the stencil is, sample by sample.
-    pub(crate) fn clipped(&mut self, hull: &HullBuffers, samples: u32) {
-        let images = self.frame_images(samples);
-        let role = StencilRole::ClipFilled;
-        let key = self.frame_key(Draw::Hull, role, samples);
-        let format = self.canvas.format;
-        self.pass("clipped", images, |frame, pass| {
-            frame.fill(pass, format, samples);
-            frame.set(pass, key);
-            hull.draw(pass);
-        });
-    }
-
-    /// The hull by the coverage of the outline: first its depth, so that where its faces lie behind each other only the
-    /// nearest is blended.
-    pub(crate) fn softly_clipped(&mut self, hull: &HullBuffers) {
-        self.coverage(true);
-        let images = PassImages {
-            stencil: StencilStart::Load,
-            ..self.frame_images(1)
-        };
-        let depth = self.frame_key(Draw::HullDepth, StencilRole::ClipMarked, 1);
-        let colour = self.frame_key(Draw::HullCovered, StencilRole::ClipMarked, 1);
-        let coverage = self.targets.coverage_group.clone();
-        self.pass("softly clipped", images, |frame, pass| {
-            frame.set(pass, depth);
-            hull.draw(pass);
-            frame.set(pass, colour);
-            pass.set_bind_group(1, &coverage, &[]);
-            hull.draw(pass);
+        let key = self.frame_key(Draw::Ground, StencilRole::Ignore, samples);
+        self.pass("hulls", images, |frame, pass| {
+            if let Some(ground) = ground {
+                frame.set(pass, key);
+                pass.set_bind_group(1, ground, &[]);
+                pass.draw(0..4, 0..1);
+            }
+            hulls.draw(pass);
         });
     }
 
     /// The outline: a light inside and a line.
-    pub(crate) fn silhouette(&mut self, tints: &[wgpu::Buffer; 2], antialias: Antialias) {
+    pub(crate) fn silhouette(&mut self, antialias: Antialias) {
         self.coverage(antialias != Antialias::None);
         let images = self.frame_images(1);
-        self.tint("outline's inside", &tints[0], images.clone());
+        self.tint("outline's inside", 0, images.clone());
         let line = PipelineKey::coverage(Draw::EdgeLine, StencilRole::Ignore);
         let line_images = self.mask_images(self.targets.coverage.clone());
         self.pass("outline's line", line_images, |frame, pass| {
@@ -132,7 +98,7 @@ impl FrameRecorder<'_> {
             start: None,
             ..images
         };
-        self.tint("outline", &tints[1], over);
+        self.tint("outline", 1, over);
     }
 
     /// The full mesh, dim, under the pixels that the outline gets wrong.
@@ -182,12 +148,11 @@ impl FrameRecorder<'_> {
     }
 
     /// How far the outline covers each pixel, into the coverage image: 0 or 1, with a ramp at the outline when `softly`.
-    /// Leaves in the stencil which pixels are inside, and which others the ramp reaches.
     fn coverage(&mut self, softly: bool) {
         let images = self.mask_images(self.targets.coverage.clone());
         let cover = PipelineKey::coverage(Draw::Cover, StencilRole::Cover);
         let inside = PipelineKey::coverage(Draw::EdgeInside, StencilRole::InsideOnly);
-        let outside = PipelineKey::coverage(Draw::EdgeOutside, StencilRole::TouchOutside);
+        let outside = PipelineKey::coverage(Draw::EdgeOutside, StencilRole::OutsideOnly);
         self.pass("coverage", images, |frame, pass| {
             frame.fill(pass, COVERAGE, 1);
             frame.set(pass, cover);
@@ -213,18 +178,10 @@ impl FrameRecorder<'_> {
         self.clip.draw_fans(pass);
     }
 
-    /// Draws one colour by the coverage image.
-    fn tint(&mut self, label: &str, colour: &wgpu::Buffer, images: PassImages) {
-        let group = bind(
-            &self.gpu.device,
-            label,
-            &self.layouts.tint,
-            &[
-                wgpu::BindingResource::TextureView(&self.targets.coverage),
-                colour.as_entire_binding(),
-            ],
-        );
+    /// Draws one of the colours by the coverage image.
+    fn tint(&mut self, label: &str, which: usize, images: PassImages) {
         let key = self.frame_key(Draw::Tint, StencilRole::Ignore, 1);
+        let group = self.targets.tint_groups[which].clone();
         self.pass(label, images, |frame, pass| {
             frame.set(pass, key);
             pass.set_bind_group(1, &group, &[]);
@@ -259,7 +216,6 @@ impl FrameRecorder<'_> {
             resolve,
             depth_stencil,
             start: Some(self.canvas.background),
-            stencil: StencilStart::Clear,
         }
     }
 
@@ -270,7 +226,6 @@ impl FrameRecorder<'_> {
             resolve: None,
             depth_stencil: self.targets.depth_stencil.clone(),
             start: Some(wgpu::Color::TRANSPARENT),
-            stencil: StencilStart::Clear,
         }
     }
 
@@ -306,11 +261,8 @@ impl FrameRecorder<'_> {
                         store: wgpu::StoreOp::Discard,
                     }),
                     stencil_ops: Some(wgpu::Operations {
-                        load: match images.stencil {
-                            StencilStart::Clear => wgpu::LoadOp::Clear(0),
-                            StencilStart::Load => wgpu::LoadOp::Load,
-                        },
-                        store: wgpu::StoreOp::Store,
+                        load: wgpu::LoadOp::Clear(0),
+                        store: wgpu::StoreOp::Discard,
                     }),
                 }),
                 ..Default::default()

@@ -1,12 +1,10 @@
 //! All render pipelines, created on first use.
 //!
-//! The stencil's eight bits: the low seven count or toggle loops, until the fill rule has been read and they are cleared;
-//! from then on [`INSIDE`] marks the pixels inside the region and [`TOUCHED`] those outside that the outline's ramp still
-//! reaches.
+//! The stencil's eight bits: the low seven count loops until they have been read and are cleared; from then on [`INSIDE`] marks the
+//! pixels inside the region.
 //!
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.1.
-//! Deviation: the paper fills by parity only, which punches a hole where a loop overlaps itself; non-zero winding does
-//! not. Parity is used where three outlines are intersected, a bit each.
+//! Deviation: the paper fills by parity, which punches a hole where a loop overlaps itself; non-zero winding does not.
 
 use std::collections::HashMap;
 
@@ -21,8 +19,6 @@ use crate::targets::{COVERAGE, DEPTH_STENCIL};
 const WINDING: u32 = 0x7f;
 /// Stencil bit of a pixel inside the region.
 const INSIDE: u32 = 0x80;
-/// Stencil bit of a pixel outside that the ramp of coverage reaches.
-const TOUCHED: u32 = 0x40;
 /// Every bit.
 const ALL_BITS: u32 = 0xff;
 /// What a draw does with the silhouette stencil.
@@ -34,14 +30,10 @@ pub(crate) enum StencilRole {
     Fill,
     /// Draws where there are windings, and marks those pixels.
     Cover,
-    /// Keeps what has windings, read directly.
-    ClipFilled,
     /// Keeps what is marked inside.
     InsideOnly,
-    /// Keeps what is marked outside, and marks it as touched.
-    TouchOutside,
-    /// Keeps what is marked inside or touched.
-    ClipMarked,
+    /// Keeps what is not.
+    OutsideOnly,
 }
 
 impl StencilRole {
@@ -71,10 +63,8 @@ impl StencilRole {
                 (state, 0)
             }
             Self::Cover => (both(NotEqual, Replace, WINDING, ALL_BITS), INSIDE),
-            Self::ClipFilled => (both(NotEqual, Keep, WINDING, 0), 0),
             Self::InsideOnly => (both(Equal, Keep, INSIDE, 0), INSIDE),
-            Self::TouchOutside => (both(NotEqual, Replace, INSIDE, TOUCHED), INSIDE | TOUCHED),
-            Self::ClipMarked => (both(NotEqual, Keep, INSIDE | TOUCHED, 0), 0),
+            Self::OutsideOnly => (both(NotEqual, Keep, INSIDE, 0), INSIDE),
         }
     }
 
@@ -101,12 +91,8 @@ pub(crate) enum Draw {
     EdgeOutside,
     /// The outline as lines.
     EdgeLine,
-    /// The hull, opaque.
-    Hull,
-    /// The hull's depth.
-    HullDepth,
-    /// The hull by coverage, over its own depth.
-    HullCovered,
+    /// The shadow on the ground.
+    Ground,
     /// A colour by coverage.
     Tint,
     /// Where two masks differ.
@@ -147,16 +133,6 @@ const MODEL_ATTRIBUTES: [wgpu::VertexAttribute; 4] = wgpu::vertex_attr_array![
     0 => Float32x3, 1 => Snorm16x4, 2 => Unorm16x4, 3 => Float32x2
 ];
 const MODEL_POSITION: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![0 => Float32x3];
-/// Corners of the hull: position, normal, surface point, atlas coordinates.
-pub(crate) const HULL_STRIDE: u64 = 44;
-const HULL_ATTRIBUTES: [wgpu::VertexAttribute; 4] = wgpu::vertex_attr_array![
-    0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x2
-];
-/// What each face shows: three texture views and a stand-in, and their weights.
-pub(crate) const FACE_PAINT_STRIDE: u64 = 12;
-const FACE_PAINT_ATTRIBUTES: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![
-    4 => Uint8x4, 5 => Unorm16x4
-];
 /// Faces one by one: three positions, three normals.
 pub(crate) const SOUP_STRIDE: u64 = 60;
 const SOUP_ATTRIBUTES: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
@@ -174,9 +150,7 @@ impl Draw {
             Self::Fans => shaders::STENCIL_FILL,
             Self::Cover => shaders::STENCIL_COVER,
             Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => shaders::EDGE_COVERAGE,
-            Self::Hull => shaders::SHADE_HULL,
-            Self::HullDepth => shaders::HULL_DEPTH,
-            Self::HullCovered => shaders::SHADE_HULL_COVERED,
+            Self::Ground => shaders::GROUND_SHADOW,
             Self::Tint => shaders::TINT,
             Self::Difference => shaders::DIFFERENCE,
             Self::SoupNear => shaders::SOUP_NEAR,
@@ -190,12 +164,7 @@ impl Draw {
     fn groups(self, layouts: &Layouts) -> [Option<&wgpu::BindGroupLayout>; 3] {
         match self {
             Self::Model => [Some(&layouts.view), None, Some(&layouts.material)],
-            Self::Hull | Self::HullDepth => [Some(&layouts.view), None, Some(&layouts.hull)],
-            Self::HullCovered => [
-                Some(&layouts.view),
-                Some(&layouts.coverage),
-                Some(&layouts.hull),
-            ],
+            Self::Ground => [None, Some(&layouts.ground), None],
             Self::Tint => [None, Some(&layouts.tint), None],
             Self::Difference => [None, Some(&layouts.two_masks), None],
             Self::Cover => [None, None, None],
@@ -222,15 +191,11 @@ impl Draw {
         match self {
             Self::Model => vec![buffer(MODEL_STRIDE, Vertex, &MODEL_ATTRIBUTES[..])],
             Self::ModelMask => vec![buffer(MODEL_STRIDE, Vertex, &MODEL_POSITION[..])],
-            Self::Hull | Self::HullDepth | Self::HullCovered => vec![
-                buffer(HULL_STRIDE, Vertex, &HULL_ATTRIBUTES[..]),
-                buffer(FACE_PAINT_STRIDE, Vertex, &FACE_PAINT_ATTRIBUTES[..]),
-            ],
             Self::Fans => vec![buffer(8, Vertex, &POINT_ATTRIBUTE[..])],
             Self::EdgeInside | Self::EdgeOutside | Self::EdgeLine => {
                 vec![buffer(16, Instance, &SEGMENT_ATTRIBUTE[..])]
             }
-            Self::Cover | Self::Tint | Self::Difference => Vec::new(),
+            Self::Cover | Self::Ground | Self::Tint | Self::Difference => Vec::new(),
             Self::SoupNear | Self::SoupItems | Self::SoupEdges(_) => vec![
                 buffer(SOUP_STRIDE, Instance, &SOUP_ATTRIBUTES[..]),
                 buffer(4, Instance, &TAG_ATTRIBUTE[..]),
@@ -241,9 +206,7 @@ impl Draw {
     /// Whether depth is written, and how it is compared.
     fn depth(self) -> (bool, wgpu::CompareFunction) {
         match self {
-            Self::Model | Self::Hull | Self::HullDepth => (true, wgpu::CompareFunction::Less),
-            Self::HullCovered => (false, wgpu::CompareFunction::Equal),
-            Self::SoupNear | Self::SoupItems => (true, wgpu::CompareFunction::Less),
+            Self::Model | Self::SoupNear | Self::SoupItems => (true, wgpu::CompareFunction::Less),
             Self::SoupEdges(_) => (true, wgpu::CompareFunction::LessEqual),
             _ => (false, wgpu::CompareFunction::Always),
         }
@@ -276,7 +239,7 @@ impl Draw {
         match self {
             Self::EdgeInside => extreme(wgpu::BlendOperation::Min),
             Self::EdgeOutside | Self::EdgeLine => extreme(wgpu::BlendOperation::Max),
-            Self::HullCovered | Self::Tint => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+            Self::Ground | Self::Tint => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
             _ => None,
         }
     }
@@ -290,12 +253,15 @@ impl Draw {
         }
     }
 
-    fn culls_back_faces(self) -> bool {
-        matches!(self, Self::Hull | Self::HullDepth | Self::HullCovered)
+    fn topology(self) -> wgpu::PrimitiveTopology {
+        match self {
+            Self::Ground => wgpu::PrimitiveTopology::TriangleStrip,
+            _ => wgpu::PrimitiveTopology::TriangleList,
+        }
     }
 
     fn writes_colour(self) -> bool {
-        !matches!(self, Self::Fans | Self::HullDepth)
+        self != Self::Fans
     }
 }
 
@@ -338,7 +304,7 @@ impl PipelineKey {
                 buffers: &self.draw.vertex_buffers(),
             },
             primitive: wgpu::PrimitiveState {
-                cull_mode: self.draw.culls_back_faces().then_some(wgpu::Face::Back),
+                topology: self.draw.topology(),
                 ..Default::default()
             },
             depth_stencil: Some(wgpu::DepthStencilState {

@@ -1,24 +1,26 @@
-//! The renderer: one frame from an asset, a camera and an outline.
+//! The renderer of single pictures: an asset, a full mesh or both, a camera and an outline.
 //!
-//! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8: the outline into the stencil, the coarse mesh where the
-//! stencil lets it, the outline again as antialiased lines, the mesh by their alpha.
+//! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.
 
 use glam::DVec3;
 use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
 use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
 use silmap_map::{Asset, MapReader, Outline, SilhouetteMap};
+use silmap_runtime::LoadError;
 
 use crate::clip::ClipBuffers;
-use crate::hull_paint::HullBuffers;
+use crate::depth_range::depth_range;
+use crate::hulls::Hulls;
 use crate::image_precision::{EdgeLinesUniform, Soup};
 use crate::layouts::{Layouts, TintUniform, ViewUniform, bind, uniform_buffer};
 use crate::model::ModelBuffers;
 use crate::passes::{Canvas, FrameRecorder};
 use crate::picture::unpremultiply;
 use crate::pipelines::Pipelines;
-use crate::targets::{SAMPLES, Targets, texture_2d};
-use crate::{Antialias, Background, ClipShape, FrameParams, Mode, PictureOptions, RenderError};
+use crate::shadow::Shadows;
+use crate::targets::{Targets, texture_2d};
+use crate::{Background, ClipShape, FrameParams, Mode, PictureOptions, RenderError};
 
 /// Format of pictures that are read back.
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
@@ -34,12 +36,6 @@ enum Drawn {
     /// The nearest faces by their numbers.
     Items,
 }
-
-/// Nearest depth over farthest: 24 bits of depth keep a thousandth apart from its neighbours over this range.
-const NEAREST_DEPTH_REL: f64 = 1e-3;
-
-/// Margin before and behind the bounding sphere, as a factor on its radius: rounding must not clip what touches it.
-const DEPTH_MARGIN: f64 = 1.01;
 
 /// How bright the backdrop of [`Mode::Difference`] is.
 const BACKDROP_DIM: f32 = 0.35;
@@ -61,7 +57,8 @@ pub struct PictureRenderer {
     tints: [wgpu::Buffer; 2],
     clip: ClipBuffers,
     targets: Option<Targets>,
-    hull: Option<HullBuffers>,
+    hulls: Hulls,
+    shadows: Shadows,
     model: Option<ModelBuffers>,
     soup: Option<Soup>,
     map: Option<(SilhouetteMap, MapReader)>,
@@ -95,7 +92,8 @@ impl PictureRenderer {
             tints,
             clip: ClipBuffers::new(gpu),
             targets: None,
-            hull: None,
+            hulls: Hulls::default(),
+            shadows: Shadows::new(gpu),
             model: None,
             soup: None,
             map: None,
@@ -108,9 +106,10 @@ impl PictureRenderer {
     /// # Errors
     /// When its parts do not belong together, its textures cannot be decoded or are too large, or the device fails.
     pub fn load_asset(&mut self, gpu: &Gpu, asset: &Asset) -> Result<(), RenderError> {
-        let scratch = MapReader::new(&asset.map)?;
-        self.hull = Some(HullBuffers::new(gpu, &self.layouts, asset)?);
-        self.map = Some((asset.map.clone(), scratch));
+        let reader = MapReader::new(&asset.map).map_err(LoadError::from)?;
+        self.hulls.load(gpu, PICTURE, asset)?;
+        self.shadows.load(asset);
+        self.map = Some((asset.map.clone(), reader));
         Ok(())
     }
 
@@ -353,12 +352,16 @@ impl PictureRenderer {
         self.check_eye(&params.camera)?;
         let size_px = (params.camera.width_px, params.camera.height_px);
         if self.targets.as_ref().is_none_or(|t| t.size_px != size_px) {
-            self.targets = Some(Targets::new(&gpu.device, &self.layouts, size_px));
+            let of_all_sizes = (&self.layouts, &self.tints);
+            self.targets = Some(Targets::new(&gpu.device, of_all_sizes, size_px));
         }
-        self.write_view(gpu, params)?;
-        if params.mode.needs_outline() {
-            self.clip.load(gpu, shape)?;
+        if !params.mode.shows_hull() {
+            self.write_view(gpu, params)?;
+            if params.mode.needs_outline() {
+                self.clip.load(gpu, shape)?;
+            }
         }
+        let ground = self.record_shadow(gpu, encoder, params)?;
         let needs_items = params.edges.by_item_buffer;
         let mut frame = FrameRecorder {
             gpu,
@@ -373,24 +376,16 @@ impl PictureRenderer {
                 .as_mut()
                 .expect("invariant: made just above for this size"),
         };
-        match (params.mode, &mut self.hull, &self.model) {
-            (Mode::Original, _, Some(model)) => frame.original(model, params.antialias),
-            (Mode::Coarse | Mode::Textured, Some(hull), _) => {
-                let paint = Some(params.paint).filter(|_| params.mode == Mode::Textured);
-                hull.choose_paint(gpu, params.camera.eye, paint);
-                frame.whole_hull(hull, params.antialias);
+        match (params.mode, &self.model) {
+            (Mode::Coarse | Mode::Textured | Mode::Clipped | Mode::Exact, _) => {
+                let of_frame = (params, shape);
+                let hulls = self.hulls.prepare(gpu, canvas.format, of_frame)?;
+                frame.hulls(hulls, ground.as_ref());
             }
-            (Mode::Clipped | Mode::Exact, Some(hull), _) => {
-                hull.choose_paint(gpu, params.camera.eye, Some(params.paint));
-                match params.antialias {
-                    Antialias::Soft => frame.softly_clipped(hull),
-                    Antialias::None => frame.clipped(hull, 1),
-                    Antialias::Msaa => frame.clipped(hull, SAMPLES),
-                }
-            }
-            (Mode::Silhouette, _, _) => frame.silhouette(&self.tints, params.antialias),
-            (Mode::Difference, _, Some(model)) => frame.difference(model),
-            (mode @ Mode::Edges(style), _, _) => {
+            (Mode::Original, Some(model)) => frame.original(model, params.antialias),
+            (Mode::Silhouette, _) => frame.silhouette(params.antialias),
+            (Mode::Difference, Some(model)) => frame.difference(model),
+            (mode @ Mode::Edges(style), _) => {
                 let soup = self.soup.as_ref().ok_or(RenderError::NoModel { mode })?;
                 match drawn {
                     Drawn::Items => frame.items(soup),
@@ -400,13 +395,31 @@ impl PictureRenderer {
                     Drawn::Frame => frame.edges(soup, style, params.antialias),
                 }
             }
-            (mode @ (Mode::Original | Mode::Difference), _, None) => {
+            (mode @ (Mode::Original | Mode::Difference), None) => {
                 return Err(RenderError::NoModel { mode });
             }
-            (mode, None, _) => return Err(RenderError::NoAsset { mode }),
         }
         gpu.check()?;
         Ok(())
+    }
+
+    /// Records what the light of a frame with a shadow sees. Returns what the ground is drawn with.
+    fn record_shadow(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        params: &FrameParams,
+    ) -> Result<Option<wgpu::BindGroup>, RenderError> {
+        let mode = params.mode;
+        let Some(shadow) = &params.shadow else {
+            return Ok(None);
+        };
+        if !mode.casts_shadow() {
+            return Err(RenderError::NoShadow { mode });
+        }
+        let asset = self.hulls.asset().ok_or(RenderError::NoAsset { mode })?;
+        let of_frame = (params, shadow);
+        (self.shadows).record((gpu, &self.layouts), encoder, asset, of_frame)
     }
 
     /// Whether the eye is outside of what is loaded.
@@ -432,8 +445,6 @@ impl PictureRenderer {
         } else if mode.needs_model() {
             let model = self.model.as_ref().ok_or(RenderError::NoModel { mode })?;
             (model.origin, model.radius)
-        } else if let Some(hull) = &self.hull {
-            (hull.origin, hull.radius)
         } else {
             (DVec3::ZERO, 1.0)
         };
@@ -461,7 +472,6 @@ fn clip_shape(outline: Option<&Outline>) -> ClipShape<'_> {
     outline.map_or(ClipShape::EMPTY, |outline| ClipShape {
         loops: outline.simple_loops(),
         outline: outline.simple_loops(),
-        ..ClipShape::EMPTY
     })
 }
 
@@ -490,12 +500,4 @@ fn check_size(gpu: &Gpu, camera: &Camera) -> Result<(), RenderError> {
         });
     }
     Ok(())
-}
-
-/// Depths between which a sphere lies as seen by a camera.
-fn depth_range(camera: &Camera, center: DVec3, radius: f64) -> (f64, f64) {
-    let depth = camera.depth(center);
-    let room = (radius * DEPTH_MARGIN).max(f64::MIN_POSITIVE);
-    let far = (depth + room).max(room);
-    ((depth - room).max(far * NEAREST_DEPTH_REL), far)
 }

@@ -22,22 +22,30 @@ pub(crate) struct Targets {
     pub(crate) coverage: wgpu::TextureView,
     /// The outline's lines, or the full mesh's mask.
     pub(crate) second_mask: wgpu::TextureView,
-    pub(crate) coverage_group: wgpu::BindGroup,
+    /// The coverage with each of the colours that are drawn by it.
+    pub(crate) tint_groups: [wgpu::BindGroup; 2],
     pub(crate) two_masks_group: wgpu::BindGroup,
-    /// Colour and depth with several samples, made when first asked for, and the colour's format.
-    multisampled: Option<(wgpu::TextureFormat, Samples)>,
+    /// Colour and depth with several samples, made when first asked for, by the colour's format.
+    multisampled: Vec<(wgpu::TextureFormat, Samples)>,
 }
 
 /// Colour and depth with several samples.
 type Samples = (wgpu::TextureView, wgpu::TextureView);
 
 impl Targets {
-    pub(crate) fn new(device: &wgpu::Device, layouts: &Layouts, size_px: (u32, u32)) -> Self {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        (layouts, tints): (&Layouts, &[wgpu::Buffer; 2]),
+        size_px: (u32, u32),
+    ) -> Self {
         let depth_stencil = image(device, "depth and stencil", size_px, DEPTH_STENCIL, 1);
         let coverage = image(device, "coverage", size_px, COVERAGE, 1);
         let second_mask = image(device, "second mask", size_px, COVERAGE, 1);
         let of = wgpu::BindingResource::TextureView;
-        let coverage_group = bind(device, "coverage", &layouts.coverage, &[of(&coverage)]);
+        let tint_groups = tints.each_ref().map(|tint| {
+            let resources = [of(&coverage), tint.as_entire_binding()];
+            bind(device, "tint", &layouts.tint, &resources)
+        });
         let two_masks_group = bind(
             device,
             "two masks",
@@ -49,9 +57,9 @@ impl Targets {
             depth_stencil,
             coverage,
             second_mask,
-            coverage_group,
+            tint_groups,
             two_masks_group,
-            multisampled: None,
+            multisampled: Vec::new(),
         }
     }
 
@@ -61,17 +69,23 @@ impl Targets {
         device: &wgpu::Device,
         format: wgpu::TextureFormat,
     ) -> &Samples {
-        let size_px = self.size_px;
-        let kept = self.multisampled.take();
-        let kept = kept.filter(|(of, _)| *of == format);
-        let made = || {
-            (
-                image(device, "samples", size_px, format, SAMPLES),
-                image(device, "depth samples", size_px, DEPTH_STENCIL, SAMPLES),
-            )
-        };
-        let kept = kept.unwrap_or_else(|| (format, made()));
-        &self.multisampled.insert(kept).1
+        let is_it = |(of, _): &(wgpu::TextureFormat, _)| *of == format;
+        let at = self.multisampled.iter().position(is_it);
+        let at = at.unwrap_or_else(|| {
+            let samples = (
+                image(device, "samples", self.size_px, format, SAMPLES),
+                image(
+                    device,
+                    "depth samples",
+                    self.size_px,
+                    DEPTH_STENCIL,
+                    SAMPLES,
+                ),
+            );
+            self.multisampled.push((format, samples));
+            self.multisampled.len() - 1
+        });
+        &self.multisampled[at].1
     }
 }
 

@@ -362,6 +362,41 @@ fn lines_are_drawn_of_a_model_alone_and_of_faces_turned_any_way() {
 }
 
 #[test]
+fn a_shadow_darkens_the_ground_beside_the_model() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, folder) = (path(&fixture().asset), scratch("shadow"));
+    let out = folder.join("shadow.png");
+    let line = ["render", asset, "--eye", "3,4,5", "--fov", "60", "-o"];
+    let line = [&line[..], &[path(&out), "--background", "#ffffff"]].concat();
+    // Pixels of the grey that white has in the shadow; the model has colours.
+    let grey = |more: &[&str]| {
+        let ended = run(&[&line[..], more].concat());
+        assert_eq!(ended.code, 0, "{more:?}: {}", ended.err);
+        let picture = image::open(&out).unwrap().to_rgb8();
+        let is_grey = |p: &&image::Rgb<u8>| p.0.iter().all(|c| c.abs_diff(188) <= 2);
+        picture.pixels().filter(is_grey).count()
+    };
+    let (without, with) = (grey(&[]), grey(&["--shadow", "1,1,-2"]));
+    assert!(
+        with > without + 500,
+        "{with} grey pixels, {without} without"
+    );
+    let upwards = grey(&["--shadow=-2,1,1", "--up", "0,0,1", "--mode", "coarse"]);
+    assert!(upwards > without + 500, "{upwards} with another ground");
+    fs::remove_file(&out).unwrap();
+    for light in ["1,-1,0", "0,0,0", "nan,1,0", "1,0,0"] {
+        let ended = run(&[&line[..], &["--shadow", light]].concat());
+        check_one_sentence(&ended, light);
+        assert!(ended.err.contains("--shadow"), "{}", ended.err);
+    }
+    let ended = run(&[&line[..], &["--shadow", "0,1,0", "--mode", "silhouette"]].concat());
+    assert_eq!(ended.code, 2, "{}", ended.err);
+    assert!(!out.exists());
+}
+
+#[test]
 fn bench_says_what_scripts_read() {
     if is_gpu_skipped() {
         return;

@@ -11,8 +11,6 @@ struct View {
     ambient: f32,
     // Factor on everything: under 1 for a picture that is only a backdrop.
     dim: f32,
-    // The eye, object space; the last place is one.
-    eye: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> view: View;

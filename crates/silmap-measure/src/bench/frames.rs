@@ -42,6 +42,7 @@ pub(crate) fn params(
         antialias,
         background: Background::Transparent,
         edges: EdgeParams::default(),
+        shadow: None,
     }
 }
 

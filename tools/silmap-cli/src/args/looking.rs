@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use glam::DVec3;
 use silmap_map::ViewContour;
 
 use super::{
     AssetOfModelArgs, CameraArgs, InterpolationArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs,
     TestPictureArgs,
 };
-use crate::values::{Backdrop, parse_backdrop, parse_positive};
+use crate::values::{Backdrop, parse_backdrop, parse_point, parse_positive};
 
 /// What `render` draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -59,7 +60,7 @@ pub(crate) enum PaintArg {
 pub(crate) enum AntialiasArg {
     /// Not at all
     None,
-    /// The contour once more as a soft line
+    /// By the distance from the outline, a ramp one pixel wide
     Soft,
     /// Four samples a pixel
     Msaa,
@@ -94,6 +95,10 @@ pub(crate) struct RenderArgs {
     /// What is behind the model: #rrggbb or transparent
     #[arg(long, value_name = "COLOUR", default_value = "#ffffff", value_parser = parse_backdrop)]
     pub(crate) background: Backdrop,
+    /// Show the shadow on the ground under the model, by light from this direction; modes coarse, textured and clipped. The ground
+    /// lies across --up
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) shadow: Option<DVec3>,
     /// The full mesh, for modes that need it
     #[arg(long, value_name = "MODEL")]
     pub(crate) model: Option<PathBuf>,

@@ -178,6 +178,7 @@ fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Ro
                         antialias: Antialias::Soft,
                         background: Background::Colour([255; 3]),
                         edges: EdgeParams::default(),
+                        shadow: None,
                     };
                     Ok(renderer.render(gpu, &params)?)
                 })

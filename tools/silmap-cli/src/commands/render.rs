@@ -14,7 +14,7 @@ use silmap_measure::ExactShape;
 use silmap_mesh_io::{self as mesh_io, LoadedTriangles};
 use silmap_study::{
     Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, PictureOptions,
-    PictureRenderer, RenderError,
+    PictureRenderer, RenderError, ShadowParams,
 };
 
 use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
@@ -44,7 +44,7 @@ struct Rendered<'a> {
 struct FansJson {
     loops: usize,
     loops_decomposed: usize,
-    /// Pixels that fan triangles pass over, before and after long loops were cut.
+    /// Pixels that fans about the loops' centroids pass over, before and after long loops were cut.
     fan_area: f64,
     fan_area_decomposed: f64,
 }
@@ -84,6 +84,12 @@ fn check_usage(args: &RenderArgs) {
         usage_error(
             ErrorKind::MissingRequiredArgument,
             "this --mode shows an asset: name one, or choose original or edges-*",
+        );
+    }
+    if args.shadow.is_some() && !Mode::from(args.mode).casts_shadow() {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--shadow is for the modes coarse, textured and clipped",
         );
     }
     if args.soup && !matches!(Mode::from(args.mode), Mode::Edges(_)) {
@@ -130,6 +136,10 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             width_px: args.width as f32,
             by_item_buffer: args.soup,
         },
+        shadow: args.shadow.map(|to_light| ShadowParams {
+            to_light,
+            up: args.camera.up.unwrap_or(DVec3::Y),
+        }),
     };
     let model = model.map(|(path, (mesh, _))| (path, mesh));
     let exact = match &model {
@@ -159,8 +169,17 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(shape) => renderer.render_shape(&gpu, &params, &shape.clip_shape()),
         None => renderer.render(&gpu, &params),
     }
-    .map_err(|error| name_limit(error, &gpu))
-    .with_context(named)?;
+    .map_err(|error| name_limit(error, &gpu));
+    let picture = picture.map_err(|error| {
+        let of_light =
+            |e: &RenderError| matches!(e, RenderError::Light(_) | RenderError::LightBelowGround);
+        let is_of_light = error.downcast_ref().is_some_and(of_light);
+        error.context(if is_of_light {
+            "--shadow".to_owned()
+        } else {
+            named()
+        })
+    })?;
     file.write(&encode_picture(&picture, kind)?)?;
     if args.output.json {
         return output::print_json(&Rendered {
