@@ -1,10 +1,8 @@
 //! What is in the scene: instances on a ground, and a sun whose shadow map the ground reads.
 
 use bytemuck::{Pod, Zeroable};
-use glam::dcamera::rh::proj::directx::orthographic;
-use glam::dcamera::rh::view::look_at_mat4;
 use glam::{DMat4, DQuat, DVec3};
-use silmap_map::Asset;
+use silmap_map::{Asset, BoundingSphere};
 use silmap_runtime::{
     DepthDirection, DepthTarget, FrameStats, Instance, LoadedAsset, Renderer, RendererOptions,
     TargetFormats, Transform, View,
@@ -113,7 +111,7 @@ impl Scene {
             transforms,
             models,
             shadows,
-            sun: sun(f64::from(count)),
+            sun: sun(f64::from(count))?,
             shadow_map,
             ground,
             ground_uniform,
@@ -187,15 +185,18 @@ fn place(asset: &LoadedAsset, foot: f64, k: u32) -> anyhow::Result<Transform> {
     Ok(Transform::new(scale, turn, to - turn * (stand * scale))?)
 }
 
-/// The sun sees all of the spiral.
-fn sun(count: f64) -> View {
-    let reach = SPACING * (count / std::f64::consts::PI).sqrt() + 3.0;
-    let eye = TO_SUN.normalize_or_zero() * 2.0 * reach;
-    View {
-        clip_from_world: orthographic(-reach, reach, -reach, reach, 0.0, 4.0 * reach)
-            * look_at_mat4(eye, DVec3::ZERO, DVec3::Y),
-        size_px: (SHADOW_SIDE, SHADOW_SIDE),
-    }
+/// The sun sees all of the spiral, and what stands on it.
+fn sun(count: f64) -> anyhow::Result<View> {
+    let all = BoundingSphere {
+        center: DVec3::ZERO,
+        radius: SPACING * (count / std::f64::consts::PI).sqrt() + 3.0,
+    };
+    Ok(View::directional(
+        TO_SUN,
+        all,
+        SHADOW_SIDE,
+        DepthDirection::Forward,
+    )?)
 }
 
 fn ground_pipeline(device: &wgpu::Device, formats: &TargetFormats) -> wgpu::RenderPipeline {
