@@ -22,7 +22,7 @@ const STEP: f64 = 0.5;
 const WORST_PX: f64 = 0.6;
 
 /// And on average.
-const MEAN_PX: f64 = 0.05;
+const MEAN_PX: f64 = 0.07;
 
 /// What is drawn, and the device.
 struct Stage {

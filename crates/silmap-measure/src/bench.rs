@@ -24,7 +24,6 @@ mod searches;
 
 pub(crate) use frames::{Drawer, params as picture_params};
 pub use rows::Row;
-pub(crate) use rows::median;
 pub(crate) use searches::{Search, SearchTimes};
 
 /// What is measured.

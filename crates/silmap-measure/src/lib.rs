@@ -15,6 +15,7 @@ mod exact_shape;
 mod figures;
 pub mod machine;
 mod measure;
+mod median;
 mod painting;
 mod scene;
 mod subdivide;

@@ -17,7 +17,8 @@ use silmap_runtime::{
 };
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer};
 
-use crate::bench::{median, picture_params};
+use crate::bench::picture_params;
+use crate::median::median;
 use crate::{Deviation, MeasureError};
 use errors::{ExactOutlines, apart};
 use mesh_instances::MeshInstances;

@@ -204,9 +204,10 @@ impl CurveBuilder {
         &mut self,
         frame: &Frame,
         origin: DVec3,
+        sorting: &Sorting,
         texels: &mut Vec<Texel>,
     ) -> u32 {
-        self.close_loops(frame);
+        self.close_loops(frame, sorting);
         let n_points = self.points.len() as u32;
         texels.push([n_points, 0, 0, 0]);
         texels.push([0; 4]);
@@ -239,6 +240,11 @@ impl CurveBuilder {
             let is_kept = self.thinning.keep(&self.deep, sorting.tolerance);
             let kept = points.iter().zip(is_kept).filter(|(_, is_kept)| **is_kept);
             self.points.extend(kept.map(|(&p, _)| p));
+            if self.points.len() < first as usize + 3 {
+                // It is as good as flat.
+                self.points.truncate(first as usize);
+                continue;
+            }
             self.points.push(self.points[first as usize]);
             let seen = self.points[first as usize..].iter();
             self.seen.extend(seen.map(|&p| frame.project(p)));

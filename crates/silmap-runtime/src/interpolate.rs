@@ -3,8 +3,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use glam::DVec3;
 use silmap_map::{Detail, Interpolation, Method, Transfer};
 
+use crate::ClipBy;
 use crate::asset::AssetData;
 use crate::bands::BandParams;
 use crate::cells::{Cell, JUMP_REL, ReuseError};
@@ -38,6 +40,7 @@ pub(crate) struct Worker {
 /// What all outlines are made by.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HowToMake {
+    pub(crate) clip: ClipBy,
     pub(crate) method: Option<Method>,
     pub(crate) allowed_px: f64,
 }
@@ -94,6 +97,21 @@ impl Worker {
         }
     }
 
+    /// Appends the texels of the outline that was built: fans need no bands. Returns the number of its points.
+    pub(crate) fn encode(
+        &mut self,
+        clip: ClipBy,
+        frame: &Frame,
+        origin: DVec3,
+        sorting: &Sorting,
+    ) -> Option<u32> {
+        let (builder, texels) = (&mut self.builder, &mut self.texels);
+        match clip {
+            ClipBy::Stencil => Some(builder.encode_fans(frame, origin, sorting, texels)),
+            ClipBy::Coverage => builder.encode(frame, origin, sorting, texels),
+        }
+    }
+
     fn make_one(&mut self, reader: &mut silmap_map::MapReader, wanted: &Wanted, how: &HowToMake) {
         let (asset, cell) = (&wanted.asset, &wanted.cell);
         let map = &asset.map;
@@ -121,7 +139,7 @@ impl Worker {
         let points = is_made.then(|| {
             let frame = Frame::new(eye.extend(1.0), map.center, map.radius);
             let sorting = sorting_of(cell, &error);
-            (self.builder).encode(&frame, asset.origin, &sorting, &mut self.texels)
+            self.encode(how.clip, &frame, asset.origin, &sorting)
         });
         self.made.push(Made {
             cell: *cell,

@@ -153,6 +153,7 @@ impl Plan {
             allowed_px: options.reuse_error_px,
             most_made: options.outlines_per_frame,
             how: HowToMake {
+                clip: options.clip,
                 method: options.method,
                 allowed_px: options.reuse_error_px,
             },
@@ -365,15 +366,8 @@ impl Plan {
         let start = worker.texels.len();
         worker.builder.assign(loops);
         let frame = Frame::new(place, center, radius);
-        let points = match self.clip {
-            ClipBy::Stencil => {
-                (worker.builder).encode_fans(&frame, asset.origin, &mut worker.texels)
-            }
-            ClipBy::Coverage => {
-                let sorting = sorting_of(&cell, &exact);
-                (worker.builder).encode(&frame, asset.origin, &sorting, &mut worker.texels)?
-            }
-        };
+        let sorting = sorting_of(&cell, &exact);
+        let points = worker.encode(self.clip, &frame, asset.origin, &sorting)?;
         let texels = start..worker.texels.len();
         self.keep(&cell, 0, texels, points)
     }

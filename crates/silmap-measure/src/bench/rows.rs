@@ -7,6 +7,7 @@ use silmap_geometry::{Camera, Mask, TriangleMesh};
 
 use super::searches::{Search, SearchTimes};
 use crate::MeasureError;
+use crate::median::median;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
@@ -91,11 +92,6 @@ impl Row {
         self.misclassified = Some(errors.iter().map(|e| e.1).sum::<f64>() / count);
         self
     }
-}
-
-pub(crate) fn median(times: &mut [f64]) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times.get(times.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// Most viewpoints at which outlines are compared.

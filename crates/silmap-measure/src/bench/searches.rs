@@ -6,7 +6,7 @@ use glam::DVec3;
 use silmap_exact::{EdgeMesh, ExtractionMethod, Extractor, Viewpoint};
 use silmap_geometry::{Interrupted, Watch};
 
-use super::median;
+use crate::median::median;
 
 /// A method that takes long is timed at the first viewpoints alone, as many as it takes this long for, seconds.
 const MOST_SECONDS: f64 = 2.0;

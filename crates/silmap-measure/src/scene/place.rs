@@ -72,7 +72,7 @@ impl SceneParams {
     ) -> Result<Camera, CameraError> {
         let frame = if self.is_still { 0 } else { frame };
         let turn = (frame as f64 * STEP).to_radians();
-        let direction = DVec3::new(turn.sin(), 0.3, turn.cos()).normalize();
+        let direction = DVec3::new(turn.sin(), 0.3, turn.cos()).normalize_or_zero();
         let eye = direction * self.distance(sphere);
         let size = (self.side_px, self.side_px);
         Camera::look_at(eye, DVec3::ZERO, None, 2.0 * HALF_TANGENT.atan(), size)
