@@ -42,6 +42,6 @@ fn fs_main(fragment: Fragment) -> @location(0) vec4f {
         let off = vec2f(f32(i % 3 - 1), f32(i / 3 - 1)) * texel;
         lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + off, light.z) / 9.0;
     }
-    let is_known = all(uv > vec2f(0.0)) && all(uv < vec2f(1.0));
+    let is_known = all(uv > vec2f(0.0)) && all(uv < vec2f(1.0)) && light.z < 1.0;
     return vec4f(vec3f(0.95, 1.0, 0.9) * colour * mix(SHADE, 1.0, select(1.0, lit, is_known)), 1.0);
 }
