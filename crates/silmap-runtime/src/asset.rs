@@ -71,13 +71,6 @@ struct AssetUniform {
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 
 impl LoadedAsset {
-    #[cfg_attr(
-        target_arch = "wasm32",
-        expect(
-            clippy::arc_with_non_send_sync,
-            reason = "a web page has one thread, and its device stays there"
-        )
-    )]
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
