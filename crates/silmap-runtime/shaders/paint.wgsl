@@ -70,10 +70,21 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
     var views = vec4u(0u);
     var nearest = 1e30;
     var is_seen = false;
-    for (var view = 0u; view < asset.counts.x; view++) {
-        let word = select(corner.visible.x, corner.visible.y, view >= 32u);
-        if ((word >> (view & 31u)) & 1u) == 0u {
-            continue;
+    var low = corner.visible.x;
+    var high = corner.visible.y;
+    while (low | high) != 0u {
+        // The lowest bit that is set; OpenGL's shaders have no function for it.
+        var word = low;
+        var first = 0u;
+        if low == 0u {
+            word = high;
+            first = 32u;
+        }
+        let view = first + u32(log2(f32(word & (~word + 1u))) + 0.5);
+        if low == 0u {
+            high &= high - 1u;
+        } else {
+            low &= low - 1u;
         }
         let to_view = asset.eyes[view].xyz - corner.middle;
         let cosine = dot(to_view, direction) * inverseSqrt(dot(to_view, to_view));

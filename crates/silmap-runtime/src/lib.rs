@@ -12,6 +12,7 @@ mod batches;
 mod blocks;
 mod cells;
 mod curve;
+mod draws;
 mod instance;
 mod interpolate;
 mod light;

@@ -1,22 +1,21 @@
-//! What a frame draws, in which order, with which outlines. Nothing here touches the device, and nothing is allocated once buffers are
+//! What a frame draws, and with which outlines. Nothing here touches the device, and nothing is allocated once buffers are
 //! warm.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3, DVec4, Mat4, Vec4Swizzles};
 use silmap_geometry::Loop;
 
 use crate::asset::AssetData;
-use crate::batches::Batches;
-use crate::cells::{Bearing, Cell, CellKey, JUMP_REL, ReuseError};
+use crate::cells::{Bearing, Cell, JUMP_REL, ReuseError};
 use crate::curve::{Frame, Texel, points_of};
+use crate::draws::{Draw, DrawOrder, Record, Visible};
 use crate::instance::{Instance, Outline};
 use crate::interpolate::{HowToMake, Wanted, Worker, make_all, sorting_of, worker_count};
 use crate::outline_cache::{OutlineCache, OutlineRef};
 use crate::view::{Eye, Rect, View};
-use crate::{Antialias, ClipBy, PrepareError, RendererOptions};
+use crate::{PrepareError, RendererOptions};
 
 /// What a frame came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,32 +37,6 @@ pub struct FrameStats {
     pub draw_calls: usize,
 }
 
-/// An instance as vertex attributes; `Instance` of `shaders/instance.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Record {
-    clip_from_object: [[f32; 4]; 4],
-    eye: [f32; 4],
-    /// First texel of the outline, its points or 0, the paint, 0.
-    outline: [u32; 4],
-    sphere: [f32; 4],
-}
-
-/// A draw call; ranges are of records.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Draw {
-    /// Fans of at most so many edges into the stencil.
-    Fans { records: Range<u32>, edges: u32 },
-    /// The same again, to leave the stencil as it was.
-    Clear { records: Range<u32>, edges: u32 },
-    /// Hulls of one asset, clipped.
-    Hulls { records: Range<u32>, asset: usize },
-    /// The partly covered pixels of the same.
-    Borders { records: Range<u32>, asset: usize },
-    /// Hulls of one asset, whole.
-    Whole { records: Range<u32>, asset: usize },
-}
-
 /// Texels to be written.
 #[derive(Clone, Debug)]
 pub(crate) struct Upload {
@@ -71,22 +44,6 @@ pub(crate) struct Upload {
     pub(crate) texels: Range<usize>,
     /// First texel of the place in the cache.
     pub(crate) to: u32,
-}
-
-/// An instance in the picture.
-#[derive(Clone, Copy, Debug)]
-struct Visible {
-    record: Record,
-    instance: usize,
-    asset: usize,
-    depth: f64,
-    rect: Rect,
-    /// The cell of its own outline.
-    key: Option<CellKey>,
-    outline: Option<OutlineRef>,
-    points: u32,
-    batch: u32,
-    order: u8,
 }
 
 /// The outline that an instance had in the frame before.
@@ -99,9 +56,6 @@ struct Before {
 /// What frames are planned with.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    clip: ClipBy,
-    is_soft: bool,
-    has_depth: bool,
     allowed_px: f64,
     most_made: usize,
     how: HowToMake,
@@ -110,7 +64,7 @@ pub(crate) struct Plan {
     wanted: Vec<Wanted>,
     visible: Vec<Visible>,
     before: Vec<Option<Before>>,
-    batches: Batches,
+    order: DrawOrder,
     frame: u64,
     /// What the device's texture holds.
     texels: Vec<Texel>,
@@ -147,9 +101,6 @@ fn record_sphere(asset: &AssetData, (center, radius): (DVec3, f64)) -> [f32; 4] 
 impl Plan {
     pub(crate) fn new(options: &RendererOptions, texels: u32) -> Self {
         Self {
-            clip: options.clip,
-            is_soft: options.antialias == Antialias::Soft,
-            has_depth: options.formats.depth.is_some(),
             allowed_px: options.reuse_error_px,
             most_made: options.outlines_per_frame,
             how: HowToMake {
@@ -162,7 +113,7 @@ impl Plan {
             wanted: Vec::new(),
             visible: Vec::new(),
             before: Vec::new(),
-            batches: Batches::default(),
+            order: DrawOrder::new(options),
             frame: 0,
             texels: vec![[0; 4]; texels as usize],
             assets: Vec::new(),
@@ -217,7 +168,8 @@ impl Plan {
         }
         self.make_wanted();
         self.take_outlines(instances);
-        self.order(eye);
+        (self.order).put(&mut self.visible, eye.size_px, &mut self.draws);
+        self.records.extend(self.visible.iter().map(|v| v.record));
         self.stats.kept = self.cache.len();
         self.stats.draw_calls = self.draws.len();
         Ok(())
@@ -367,7 +319,7 @@ impl Plan {
         worker.builder.assign(loops);
         let frame = Frame::new(place, center, radius);
         let sorting = sorting_of(&cell, &exact);
-        let points = worker.encode(self.clip, &frame, asset.origin, &sorting)?;
+        let points = worker.encode(self.how.clip, &frame, asset.origin, &sorting)?;
         let texels = start..worker.texels.len();
         self.keep(&cell, 0, texels, points)
     }
@@ -442,95 +394,5 @@ impl Plan {
             self.stats.whole += usize::from(visible.points == 0);
         }
         self.stats.drawn = self.visible.len();
-    }
-
-    /// Puts instances into an order and makes draw calls of them.
-    fn order(&mut self, eye: &Eye) {
-        let farther_first = |a: &Visible, b: &Visible| {
-            b.depth
-                .total_cmp(&a.depth)
-                .then(a.instance.cmp(&b.instance))
-        };
-        self.visible.sort_unstable_by(farther_first);
-        match self.clip {
-            ClipBy::Stencil => self.order_stencil(eye),
-            ClipBy::Coverage => self.order_coverage(),
-        }
-        self.records.extend(self.visible.iter().map(|v| v.record));
-    }
-
-    fn order_stencil(&mut self, eye: &Eye) {
-        self.batches.begin(eye.size_px);
-        for visible in &mut self.visible {
-            // Whole ones need no stencil.
-            visible.batch = if visible.points == 0 {
-                0
-            } else {
-                1 + self.batches.add(&visible.rect)
-            };
-        }
-        let group = |v: &Visible| (v.batch, v.asset, v.order, v.instance);
-        self.visible.sort_unstable_by_key(group);
-        let mut start = 0;
-        for batch in self.visible.chunk_by(|a, b| a.batch == b.batch) {
-            let first = start;
-            let is_whole = batch[0].batch == 0;
-            let mut at = first;
-            let runs = batch.chunk_by(|a, b| (a.asset, a.order) == (b.asset, b.order));
-            for run in runs.clone().filter(|_| !is_whole) {
-                let end = at + run.len() as u32;
-                let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
-                self.draws.push(Draw::Fans {
-                    records: at..end,
-                    edges,
-                });
-                at = end;
-            }
-            at = first;
-            for run in batch.chunk_by(|a, b| a.asset == b.asset) {
-                let (records, asset) = (at..at + run.len() as u32, run[0].asset);
-                at = records.end;
-                self.draws.push(if is_whole {
-                    Draw::Whole { records, asset }
-                } else {
-                    Draw::Hulls { records, asset }
-                });
-            }
-            at = first;
-            for run in runs.filter(|_| !is_whole) {
-                let end = at + run.len() as u32;
-                let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
-                self.draws.push(Draw::Clear {
-                    records: at..end,
-                    edges,
-                });
-                at = end;
-            }
-            start = first + batch.len() as u32;
-        }
-    }
-
-    fn order_coverage(&mut self) {
-        // What is blended goes from back to front; what is not, one asset after the other, from front to back.
-        let is_blended = self.is_soft || !self.has_depth;
-        if !is_blended {
-            self.visible.sort_unstable_by(|a, b| {
-                let by_depth = a.depth.total_cmp(&b.depth);
-                let by_asset = a.asset.cmp(&b.asset);
-                by_asset.then(by_depth).then(a.instance.cmp(&b.instance))
-            });
-        }
-        let mut start = 0;
-        for run in self.visible.chunk_by(|a, b| a.asset == b.asset) {
-            let (records, asset) = (start..start + run.len() as u32, run[0].asset);
-            start = records.end;
-            self.draws.push(Draw::Hulls {
-                records: records.clone(),
-                asset,
-            });
-            if self.is_soft && self.has_depth {
-                self.draws.push(Draw::Borders { records, asset });
-            }
-        }
     }
 }

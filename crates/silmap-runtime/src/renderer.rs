@@ -10,8 +10,9 @@ use silmap_map::Asset;
 
 use crate::asset::LoadedAsset;
 use crate::curve::Texel;
+use crate::draws::{Draw, Record};
 use crate::pipelines::{Layouts, Pipelines, RECORD_STRIDE};
-use crate::plan::{Draw, FrameStats, Plan, Record};
+use crate::plan::{FrameStats, Plan};
 use crate::{Instance, LoadError, OptionsError, PrepareError, RendererOptions, View};
 
 /// Texels in a row of the texture of outlines; `outline_texel` of `shaders/outline.wgsl`.

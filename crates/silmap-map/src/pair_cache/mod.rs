@@ -16,8 +16,8 @@ pub(crate) use rectified::{
     RectifyParams, TURN_TANGENT, ViewedSilhouette, assign_contours, object_from_epipolar,
 };
 
-/// How many polytope edges are kept rectified: those around a moving eye, and those of its next triangles.
-const EDGES_KEPT: usize = 32;
+/// How many polytope edges are kept rectified: those around a few hundred eyes, or around one and its sectors wherever it goes.
+const EDGES_KEPT: usize = 256;
 /// Bytes that the pairs of all kept edges may take. Many parts beside each other make so many pairs that 32 edges would take
 /// a gigabyte; fewer are kept then.
 const MOST_PAIR_BYTES: usize = 32 << 20;

@@ -1,0 +1,161 @@
+//! The order in which instances are drawn, and the draw calls of a frame.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+
+use crate::batches::Batches;
+use crate::cells::CellKey;
+use crate::outline_cache::OutlineRef;
+use crate::view::Rect;
+use crate::{Antialias, ClipBy, RendererOptions};
+
+/// An instance as vertex attributes; `Instance` of `shaders/instance.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Record {
+    pub(crate) clip_from_object: [[f32; 4]; 4],
+    pub(crate) eye: [f32; 4],
+    /// First texel of the outline, its points or 0, the paint, 0.
+    pub(crate) outline: [u32; 4],
+    pub(crate) sphere: [f32; 4],
+}
+
+/// A draw call; ranges are of records.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Draw {
+    /// Fans of at most so many edges into the stencil.
+    Fans { records: Range<u32>, edges: u32 },
+    /// The same again, to leave the stencil as it was.
+    Clear { records: Range<u32>, edges: u32 },
+    /// Hulls of one asset, clipped.
+    Hulls { records: Range<u32>, asset: usize },
+    /// The partly covered pixels of the same.
+    Borders { records: Range<u32>, asset: usize },
+    /// Hulls of one asset, whole.
+    Whole { records: Range<u32>, asset: usize },
+}
+
+/// An instance in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Visible {
+    pub(crate) record: Record,
+    pub(crate) instance: usize,
+    pub(crate) asset: usize,
+    pub(crate) depth: f64,
+    pub(crate) rect: Rect,
+    /// The cell of its own outline.
+    pub(crate) key: Option<CellKey>,
+    pub(crate) outline: Option<OutlineRef>,
+    pub(crate) points: u32,
+    pub(crate) batch: u32,
+    pub(crate) order: u8,
+}
+
+/// Puts instances into an order.
+#[derive(Debug)]
+pub(crate) struct DrawOrder {
+    clip: ClipBy,
+    is_soft: bool,
+    has_depth: bool,
+    batches: Batches,
+}
+
+impl DrawOrder {
+    pub(crate) fn new(options: &RendererOptions) -> Self {
+        Self {
+            clip: options.clip,
+            is_soft: options.antialias == Antialias::Soft,
+            has_depth: options.formats.depth.is_some(),
+            batches: Batches::default(),
+        }
+    }
+
+    /// Puts instances into an order and makes draw calls of them.
+    pub(crate) fn put(&mut self, all: &mut [Visible], size_px: DVec2, draws: &mut Vec<Draw>) {
+        all.sort_unstable_by(|a, b| {
+            let farther_first = b.depth.total_cmp(&a.depth);
+            farther_first.then(a.instance.cmp(&b.instance))
+        });
+        match self.clip {
+            ClipBy::Stencil => self.put_stencil(all, size_px, draws),
+            ClipBy::Coverage => self.put_coverage(all, draws),
+        }
+    }
+
+    fn put_stencil(&mut self, all: &mut [Visible], size_px: DVec2, draws: &mut Vec<Draw>) {
+        self.batches.begin(size_px);
+        for visible in &mut *all {
+            // Whole ones need no stencil.
+            visible.batch = if visible.points == 0 {
+                0
+            } else {
+                1 + self.batches.add(&visible.rect)
+            };
+        }
+        let group = |v: &Visible| (v.batch, v.asset, v.order, v.instance);
+        all.sort_unstable_by_key(group);
+        let mut start = 0;
+        for batch in all.chunk_by(|a, b| a.batch == b.batch) {
+            let first = start;
+            let is_whole = batch[0].batch == 0;
+            let mut at = first;
+            let runs = batch.chunk_by(|a, b| (a.asset, a.order) == (b.asset, b.order));
+            for run in runs.clone().filter(|_| !is_whole) {
+                let end = at + run.len() as u32;
+                let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
+                draws.push(Draw::Fans {
+                    records: at..end,
+                    edges,
+                });
+                at = end;
+            }
+            at = first;
+            for run in batch.chunk_by(|a, b| a.asset == b.asset) {
+                let (records, asset) = (at..at + run.len() as u32, run[0].asset);
+                at = records.end;
+                draws.push(if is_whole {
+                    Draw::Whole { records, asset }
+                } else {
+                    Draw::Hulls { records, asset }
+                });
+            }
+            at = first;
+            for run in runs.filter(|_| !is_whole) {
+                let end = at + run.len() as u32;
+                let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
+                draws.push(Draw::Clear {
+                    records: at..end,
+                    edges,
+                });
+                at = end;
+            }
+            start = first + batch.len() as u32;
+        }
+    }
+
+    fn put_coverage(&self, all: &mut [Visible], draws: &mut Vec<Draw>) {
+        // What is blended goes from back to front; what is not, one asset after the other, from front to back.
+        let is_blended = self.is_soft || !self.has_depth;
+        if !is_blended {
+            all.sort_unstable_by(|a, b| {
+                let by_depth = a.depth.total_cmp(&b.depth);
+                let by_asset = a.asset.cmp(&b.asset);
+                by_asset.then(by_depth).then(a.instance.cmp(&b.instance))
+            });
+        }
+        let mut start = 0;
+        for run in all.chunk_by(|a, b| a.asset == b.asset) {
+            let (records, asset) = (start..start + run.len() as u32, run[0].asset);
+            start = records.end;
+            draws.push(Draw::Hulls {
+                records: records.clone(),
+                asset,
+            });
+            if self.is_soft && self.has_depth {
+                draws.push(Draw::Borders { records, asset });
+            }
+        }
+    }
+}
