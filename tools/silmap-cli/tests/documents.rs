@@ -31,7 +31,11 @@ const NOT_RUN: [(&str, &str); 4] = [
 const OTHER_LANGUAGES: [&str; 4] = ["json", "rust,no_run", "text", "python"];
 
 /// What is made smaller, so that an unoptimised build needs seconds. The longest come first.
-const SMALLER: [(&str, &str); 12] = [
+const SMALLER: [(&str, &str); 13] = [
+    (
+        "--instances 1000 --pixels 128 --size 2048x2048 --repeat 31",
+        "--instances 6 --pixels 20 --size 64x64 --repeat 2",
+    ),
     ("--views 640 --keep 192 --faces 1000", SMALL_BUILD),
     (
         "build organic.ply -o organic.glb",
