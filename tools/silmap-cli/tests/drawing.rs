@@ -397,6 +397,52 @@ fn a_shadow_darkens_the_ground_beside_the_model() {
 }
 
 #[test]
+fn bench_of_a_scene_says_what_scripts_read() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (asset, model) = (path(&fixture().asset), path(&fixture().model));
+    let scene = "--instances 5 --pixels 40 --size 96x96 --repeat 2 --json";
+    let mut call = vec!["bench", model, "--asset", asset];
+    call.extend(scene.split(' '));
+    let measured = run_json(&call);
+    check_fields(&measured, &["adapter", "timing", "instances", "ratios"]);
+    let rows = measured["rows"].as_array().unwrap();
+    let row = |name: &str| {
+        let found = rows.iter().find(|r| r["name"] == name);
+        found.unwrap_or_else(|| panic!("{name} is missing"))
+    };
+    for name in [
+        "full",
+        "lod-500",
+        "lod-5000",
+        "lod-equal-error",
+        "hull",
+        "clipped-stencil",
+        "clipped-coverage",
+        "each-a-pass",
+    ] {
+        let row = row(name);
+        let times = ["seconds_median", "cpu_seconds_mean", "cpu_seconds_max"];
+        for field in times {
+            assert!(row[field].as_f64().unwrap() > 0.0, "{name}: {field}");
+        }
+        let parts = ["outlines", "upload", "encode"];
+        let sum: f64 = parts
+            .map(|part| row["cpu_parts"][part].as_f64().unwrap())
+            .iter()
+            .sum();
+        let mean = row["cpu_seconds_mean"].as_f64().unwrap();
+        assert!((sum - mean).abs() < 1e-9 + 1e-6 * mean, "{name}");
+    }
+    let error = |name: &str| row(name)["outline_error_px"]["mean"].as_f64().unwrap();
+    // Clipping is what makes the outline right, and the mesh of the same error is no worse.
+    assert!(error("clipped-stencil") < error("hull"));
+    assert!(error("lod-equal-error") <= error("clipped-stencil"));
+    assert!((error("clipped-stencil") - error("clipped-coverage")).abs() < 0.05);
+}
+
+#[test]
 fn bench_says_what_scripts_read() {
     if is_gpu_skipped() {
         return;
