@@ -117,6 +117,16 @@ pub enum OptionsError {
     /// Soft edges need one sample, a colour target and the coverage function.
     #[error("soft outlines need a colour target of one sample, and clipping by coverage")]
     NotSoft,
+    /// The device's textures are too small for outlines.
+    #[error(
+        "the device allows textures of {limit} texels a side, and outlines need {needed}: ask for more when it is opened"
+    )]
+    TexturesTooSmall {
+        /// The device's limit.
+        limit: u32,
+        /// What is needed.
+        needed: u32,
+    },
     /// There is neither colour nor depth.
     #[error("the pass draws to neither colour nor depth")]
     NoTarget,

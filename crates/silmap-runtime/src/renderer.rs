@@ -44,13 +44,16 @@ impl Renderer {
     /// A renderer for passes as the options say. All pipelines are compiled here.
     ///
     /// # Errors
-    /// When the options contradict each other.
+    /// When the options contradict each other, or the device's textures are too small.
     pub fn new(device: &wgpu::Device, options: RendererOptions) -> Result<Self, OptionsError> {
         options.check()?;
+        let limit = device.limits().max_texture_dimension_2d;
+        if limit < ROW {
+            return Err(OptionsError::TexturesTooSmall { limit, needed: ROW });
+        }
         let layouts = Layouts::new(device);
         let pipelines = Pipelines::new(device, &layouts, &options);
         let wanted = options.outline_bytes / u64::from(ROW) / size_of::<Texel>() as u64;
-        let limit = device.limits().max_texture_dimension_2d;
         let rows = (wanted.min(u64::from(limit)) as u32).max(1);
         let outlines = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("outlines"),
