@@ -3,6 +3,7 @@
 
 pub mod dense_maps;
 pub mod device;
+pub mod instances;
 pub mod outside;
 pub mod pass;
 pub mod scene;

@@ -33,6 +33,22 @@ fn row_from(y: f64) -> i64 {
     (y - 0.5).ceil() as i64
 }
 
+/// Squared distance of `p` from the segment between `a` and `b`.
+#[must_use]
+pub fn distance_squared_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let (along, offset) = (b - a, p - a);
+    let length_squared = along.length_squared();
+    let t = offset.dot(along);
+    if t <= 0.0 {
+        offset.length_squared()
+    } else if t >= length_squared {
+        p.distance_squared(b)
+    } else {
+        let across = along.perp_dot(offset);
+        across * across / length_squared
+    }
+}
+
 /// Sets the pixels whose centre an odd number of loops surrounds; `mask` is overwritten.
 ///
 /// Crossings toggle a bit and a prefix exclusive-or along each row spreads it, so the cost is that of the crossings and

@@ -5,7 +5,7 @@
 //! eye sees.
 
 use glam::DVec2;
-use silmap_geometry::polygon::{edges, fill_non_zero};
+use silmap_geometry::polygon::{distance_squared_to_segment, edges, fill_non_zero};
 use silmap_geometry::{Loop, Mask};
 
 /// Pixels from one sample of a boundary to the next.
@@ -82,20 +82,10 @@ fn thickest(outlines: [Outlined<'_>; 2], (width, height): (u32, u32)) -> f64 {
 }
 
 fn to_boundary(p: DVec2, boundary: &[(DVec2, DVec2)]) -> f64 {
-    boundary.iter().fold(f64::INFINITY, |least, segment| {
-        least.min(distance(p, *segment))
-    })
-}
-
-fn distance(p: DVec2, (a, b): (DVec2, DVec2)) -> f64 {
-    let along = b - a;
-    let length = along.length_squared();
-    let t = if length > 0.0 {
-        ((p - a).dot(along) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    p.distance(a + along * t)
+    let squares = boundary
+        .iter()
+        .map(|&(a, b)| distance_squared_to_segment(p, a, b));
+    squares.fold(f64::INFINITY, f64::min).sqrt()
 }
 
 #[cfg(test)]

@@ -159,20 +159,21 @@ impl Scene<'_, '_> {
         (0..count).step_by(count.div_ceil(COMPARED).max(1))
     }
 
-    /// Times frames that `frame` draws.
+    /// Times frames, after some that are only prepared and one that is drawn: it makes what a device makes when first needed.
     fn time(
         &self,
-        warm_up: usize,
-        mut frame: impl FnMut(&Camera) -> Result<FrameSeconds, MeasureError>,
+        prepared: usize,
+        mut frame: impl FnMut(&Camera, bool) -> Result<FrameSeconds, MeasureError>,
     ) -> Result<Vec<FrameSeconds>, MeasureError> {
+        for k in 0..=prepared {
+            self.bench.watch.check()?;
+            frame(&self.camera(k)?, k == prepared)?;
+        }
         let mut times = Vec::new();
         let started = Instant::now();
-        for k in 0..warm_up + self.bench.params.frames {
+        for k in 1..=self.bench.params.frames {
             self.bench.watch.check()?;
-            let seconds = frame(&self.camera(k)?)?;
-            if k >= warm_up {
-                times.push(seconds);
-            }
+            times.push(frame(&self.camera(prepared + k)?, true)?);
             let is_long = started.elapsed().as_secs_f64() > MOST_ROW_SECONDS;
             if is_long && times.len() >= FEWEST_FRAMES {
                 break;
@@ -199,27 +200,25 @@ impl Scene<'_, '_> {
         let mut renderer = Renderer::new(&gpu.device, options)?;
         let loaded = renderer.load(&gpu.device, &gpu.queue, self.bench.asset)?;
         let instances = instances(&loaded, &self.transforms, is_whole);
-        let mut interpolated = 0;
-        let warm_up = if is_whole { 3 } else { WARM_UP };
-        let times = self.time_warm(warm_up, |camera, is_drawn| {
+        let prepared = if is_whole { 0 } else { WARM_UP };
+        let times = self.time(prepared, |camera, is_drawn| {
             let view = self.bench.params.view(camera);
             let since = Instant::now();
             let stats = renderer.plan(&view, &instances)?;
             let outlines = since.elapsed().as_secs_f64();
-            if !is_drawn {
-                renderer.upload(&gpu.device, &gpu.queue);
-                return Ok(FrameSeconds::default());
-            }
-            interpolated += stats.interpolated;
             let since = Instant::now();
             renderer.upload(&gpu.device, &gpu.queue);
             let upload = since.elapsed().as_secs_f64();
+            if !is_drawn {
+                return Ok(FrameSeconds::default());
+            }
             let (device, encode) = self.stage.pass(|pass| renderer.draw(pass))?;
             Ok(FrameSeconds {
                 device,
                 outlines,
                 upload,
                 encode,
+                interpolated: stats.interpolated,
             })
         })?;
         let mut off = Vec::new();
@@ -246,29 +245,7 @@ impl Scene<'_, '_> {
             (false, ClipBy::Coverage) => ("clipped-coverage", sizes.total),
         };
         let faces = self.bench.asset.hull.faces.len();
-        let row = row(name.to_owned(), faces, bytes, &times, &off);
-        Ok(SceneRow {
-            interpolated_mean: interpolated as f64 / times.len().max(1) as f64,
-            ..row
-        })
-    }
-
-    /// As [`Scene::time`], with frames that are only prepared before.
-    fn time_warm(
-        &self,
-        warm_up: usize,
-        mut frame: impl FnMut(&Camera, bool) -> Result<FrameSeconds, MeasureError>,
-    ) -> Result<Vec<FrameSeconds>, MeasureError> {
-        for k in 0..warm_up {
-            self.bench.watch.check()?;
-            frame(&self.camera(k)?, false)?;
-        }
-        let mut k = warm_up;
-        self.time(1, |_| {
-            let camera = self.camera(k)?;
-            k += 1;
-            frame(&camera, true)
-        })
+        Ok(row(name.to_owned(), faces, bytes, &times, &off))
     }
 
     /// A mesh in all places.
@@ -276,7 +253,7 @@ impl Scene<'_, '_> {
         let gpu = self.stage.gpu;
         let count = self.transforms.len();
         let mut drawn = MeshInstances::new(gpu, mesh, (COLOUR, DEPTH), count);
-        let times = self.time(2, |camera| {
+        let times = self.time(0, |camera, _| {
             let view = self.bench.params.view(camera);
             let since = Instant::now();
             drawn.plan(&view, &self.transforms);
@@ -290,6 +267,7 @@ impl Scene<'_, '_> {
                 outlines,
                 upload,
                 encode,
+                interpolated: 0,
             })
         })?;
         let off = if std::ptr::eq(mesh, self.bench.full) {
@@ -341,7 +319,7 @@ impl Scene<'_, '_> {
         let best = Method::best_for(&self.bench.asset.map);
         let count = self.transforms.len().min(MOST_PASSES);
         let scale = self.transforms.len() as f64 / count as f64;
-        let times = self.time(1, |camera| {
+        let times = self.time(0, |camera, _| {
             let mut sum = FrameSeconds::default();
             for transform in &self.transforms[..count] {
                 let own = object_camera(camera, transform);
@@ -354,6 +332,7 @@ impl Scene<'_, '_> {
                 })?;
                 sum.device += device * scale;
                 sum.encode += encode * scale;
+                sum.interpolated += 1;
             }
             Ok(sum)
         })?;
@@ -362,7 +341,7 @@ impl Scene<'_, '_> {
         let row = row("each-a-pass".to_owned(), faces, bytes, &times, &[]);
         Ok(SceneRow {
             timed_instances: (scale > 1.0).then_some(count),
-            interpolated_mean: self.transforms.len() as f64,
+            interpolated_mean: row.interpolated_mean * scale,
             ..row
         })
     }
@@ -414,7 +393,7 @@ fn row(
         outline_error_px: OutlineErrorPx::of(off),
         bytes,
         repeat: times.len(),
-        interpolated_mean: 0.0,
+        interpolated_mean: mean(|t| t.interpolated as f64),
         timed_instances: None,
     }
 }

@@ -1,4 +1,4 @@
-// The hull, opaque. Needs: instance, paint, hull_plain.
+// The hull, opaque. Needs: instance, paint, hull_plain, hull_colour.
 
 @fragment
 fn fs_main(fragment: Fragment) -> @location(0) vec4f {

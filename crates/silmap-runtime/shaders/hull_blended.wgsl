@@ -1,4 +1,4 @@
-// The hull by its coverage, for a pass without depth. Needs: outline, instance, paint, hull_covered.
+// The hull by its coverage, for a pass without depth. Needs: outline, instance, paint, hull_covered, hull_colour.
 
 @fragment
 fn fs_main(fragment: Fragment) -> @location(0) vec4f {

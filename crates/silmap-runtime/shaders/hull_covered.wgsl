@@ -39,18 +39,6 @@ fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     return out;
 }
 
-fn fragment_colour(fragment: Fragment) -> vec3f {
-    return paint_colour(
-        fragment.point_a,
-        fragment.point_b,
-        fragment.point_c,
-        fragment.views,
-        fragment.weights,
-        fragment.atlas_uv,
-        fragment.normal,
-    );
-}
-
 fn fragment_coverage(fragment: Fragment) -> OutlineCoverage {
     let place = fragment.seen.xy / fragment.seen.z;
     let across = dpdx(place);

@@ -1,4 +1,4 @@
-// The hull in those of four samples that are inside of the outline. Needs: outline, instance, paint, hull_covered.
+// The hull in those of four samples that are inside of the outline. Needs: outline, instance, paint, hull_covered, hull_colour.
 
 struct Sampled {
     @location(0) colour: vec4f,

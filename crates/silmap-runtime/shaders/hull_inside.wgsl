@@ -1,4 +1,4 @@
-// The hull where the outline winds about the pixel's centre. Needs: outline, instance, paint, hull_covered.
+// The hull where the outline winds about the pixel's centre. Needs: outline, instance, paint, hull_covered, hull_colour.
 
 @fragment
 fn fs_main(fragment: Fragment) -> @location(0) vec4f {

@@ -25,15 +25,3 @@ fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     out.weights = shares.weights;
     return out;
 }
-
-fn fragment_colour(fragment: Fragment) -> vec3f {
-    return paint_colour(
-        fragment.point_a,
-        fragment.point_b,
-        fragment.point_c,
-        fragment.views,
-        fragment.weights,
-        fragment.atlas_uv,
-        fragment.normal,
-    );
-}

@@ -1,4 +1,4 @@
-// The hull where it covers pixels wholly, and its depth where it covers them partly. Needs: outline, instance, paint, hull_covered.
+// The hull where it covers pixels wholly, and its depth where it covers them partly. Needs: outline, instance, paint, hull_covered, hull_colour.
 // Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.3: an antialiased outline.
 // Deviation: the ramp is one pixel wide and centred on the outline, ½ + d inside and ½ − d outside.
 

@@ -1,4 +1,4 @@
-// The hull where it covers pixels partly, of faces behind each other the nearest alone. Needs: outline, instance, paint, hull_covered.
+// The hull where it covers pixels partly, of faces behind each other the nearest alone. Needs: outline, instance, paint, hull_covered, hull_colour.
 
 @fragment
 fn fs_main(fragment: Fragment) -> @location(0) vec4f {

@@ -17,7 +17,7 @@
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, sections 5 and 8.1: outlines are loops, loops are fans.
 
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
-use silmap_geometry::{Camera, CameraError};
+use silmap_geometry::Camera;
 use silmap_map::{InterpolateError, Interpolation, Loops, MapReader, SilhouetteMap};
 
 use crate::bands::{BandParams, Bands};
@@ -144,8 +144,7 @@ impl CurveBuilder {
         let map = request.map;
         let side_px = (2.0 * ROOM * request.radius_px).ceil() as u32;
         let size = (side_px, side_px);
-        let camera = Camera::fit_sphere(request.eye, map.center, map.radius, None, size)
-            .map_err(|fault: CameraError| InterpolateError::from(fault))?;
+        let camera = Camera::fit_sphere(request.eye, map.center, map.radius, None, size)?;
         reader.interpolate(map, &camera, request.how)?;
         let middle = camera.depth(map.center);
         let (nearest, farthest) = (middle - map.radius, middle + map.radius);

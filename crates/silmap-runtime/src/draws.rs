@@ -45,8 +45,8 @@ pub(crate) struct Visible {
     pub(crate) asset: usize,
     pub(crate) depth: f64,
     pub(crate) rect: Rect,
-    /// The cell of its own outline.
-    pub(crate) key: Option<CellKey>,
+    /// The cell of its own outline, where that has yet to be made.
+    pub(crate) wanted: Option<CellKey>,
     pub(crate) outline: Option<OutlineRef>,
     pub(crate) points: u32,
     pub(crate) batch: u32,

@@ -9,7 +9,7 @@ use silmap_map::{Detail, Interpolation, Method, Transfer};
 use crate::ClipBy;
 use crate::asset::AssetData;
 use crate::bands::BandParams;
-use crate::cells::{Cell, JUMP_REL, ReuseError};
+use crate::cells::{Cell, ReuseError};
 use crate::curve::{CurveBuilder, CurveRequest, Frame, Sorting, Texel};
 
 /// An outline to be made.
@@ -42,7 +42,7 @@ pub(crate) struct Worker {
 pub(crate) struct HowToMake {
     pub(crate) clip: ClipBy,
     pub(crate) method: Option<Method>,
-    pub(crate) allowed_px: f64,
+    pub(crate) error: ReuseError,
 }
 
 /// Fewest outlines that are worth waking a thread for.
@@ -65,7 +65,6 @@ pub(crate) fn sorting_of(cell: &Cell, error: &ReuseError) -> Sorting {
     let turn = if error.allowed_px > 0.0 {
         let twice = ReuseError {
             allowed_px: 2.0 * error.allowed_px,
-            ..*error
         };
         twice.reach(cell.radius_px).sin()
     } else {
@@ -132,13 +131,9 @@ impl Worker {
         };
         let start = self.texels.len();
         let is_made = self.builder.interpolate(reader, &request).is_ok();
-        let error = ReuseError {
-            allowed_px: how.allowed_px,
-            jump_rel: JUMP_REL,
-        };
         let points = is_made.then(|| {
             let frame = Frame::new(eye.extend(1.0), map.center, map.radius);
-            let sorting = sorting_of(cell, &error);
+            let sorting = sorting_of(cell, &how.error);
             self.encode(how.clip, &frame, asset.origin, &sorting)
         });
         self.made.push(Made {

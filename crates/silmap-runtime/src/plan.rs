@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, DVec4, Mat4, Vec4Swizzles};
 use silmap_geometry::Loop;
 
 use crate::asset::AssetData;
-use crate::cells::{Bearing, Cell, JUMP_REL, ReuseError};
+use crate::cells::{Bearing, Cell, ReuseError};
 use crate::curve::{Frame, Texel, points_of};
 use crate::draws::{Draw, DrawOrder, Record, Visible};
 use crate::instance::{Instance, Outline};
@@ -56,7 +56,6 @@ struct Before {
 /// What frames are planned with.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    allowed_px: f64,
     most_made: usize,
     how: HowToMake,
     cache: OutlineCache,
@@ -101,12 +100,13 @@ fn record_sphere(asset: &AssetData, (center, radius): (DVec3, f64)) -> [f32; 4] 
 impl Plan {
     pub(crate) fn new(options: &RendererOptions, texels: u32) -> Self {
         Self {
-            allowed_px: options.reuse_error_px,
             most_made: options.outlines_per_frame,
             how: HowToMake {
                 clip: options.clip,
                 method: options.method,
-                allowed_px: options.reuse_error_px,
+                error: ReuseError {
+                    allowed_px: options.reuse_error_px,
+                },
             },
             cache: OutlineCache::new(texels),
             workers: (0..worker_count()).map(|_| Worker::default()).collect(),
@@ -167,7 +167,7 @@ impl Plan {
             self.add(k, instance, eye);
         }
         self.make_wanted();
-        self.take_outlines(instances);
+        self.take_outlines();
         (self.order).put(&mut self.visible, eye.size_px, &mut self.draws);
         self.records.extend(self.visible.iter().map(|v| v.record));
         self.stats.kept = self.cache.len();
@@ -225,7 +225,7 @@ impl Plan {
             asset: asset_at,
             depth: eye.depth_of(middle),
             rect,
-            key: None,
+            wanted: None,
             outline: None,
             points: 0,
             batch: 0,
@@ -261,27 +261,23 @@ impl Plan {
         };
         // The rectangle is that of the hull's sphere, which is the larger one.
         let radius_px = visible.rect.radius_px(eye.size_px) * map.radius / (asset.radius * ROOM);
-        let radius_px = radius_px.min(eye.size_px.max_element() * 4.0);
-        let error = ReuseError {
-            allowed_px: self.allowed_px,
-            jump_rel: JUMP_REL,
-        };
+        let error = self.how.error;
         let cell = Cell::of(asset.id, bearing, radius_px, &error);
-        visible.key = Some(cell.key);
-        if let Some(kept) = self.cache.find(&cell.key) {
-            visible.outline = Some(kept);
+        if let Some(outline) = self.cache.find(&cell.key) {
+            visible.outline = Some(outline);
             self.before[visible.instance] = Some(Before {
                 asset: asset.id,
-                outline: kept,
+                outline,
             });
             return;
         }
+        visible.wanted = Some(cell.key);
         // What it had may serve until its turn comes.
         let before = self.before[visible.instance].filter(|b| b.asset == asset.id);
         let kept = before.and_then(|b| Some((b.outline, self.cache.kept(b.outline)?)));
         let off_px = kept.map(|(_, k)| error.bound_px(k.middle.angle_to(&bearing), radius_px));
         if let (Some((outline, _)), Some(off_px)) = (kept, off_px)
-            && off_px <= 2.0 * self.allowed_px
+            && off_px <= 2.0 * error.allowed_px
         {
             visible.outline = self.cache.revive(outline);
         }
@@ -305,13 +301,8 @@ impl Plan {
         (rect, eye): (&Rect, &Eye),
     ) -> Option<OutlineRef> {
         let bearing = Bearing::new(place, center, radius)?;
-        let radius_px = rect
-            .radius_px(eye.size_px)
-            .min(eye.size_px.max_element() * 4.0);
-        let exact = ReuseError {
-            allowed_px: 0.0,
-            jump_rel: 0.0,
-        };
+        let radius_px = rect.radius_px(eye.size_px);
+        let exact = ReuseError { allowed_px: 0.0 };
         let mut cell = Cell::of(GIVEN, bearing, radius_px, &exact);
         cell.key.place = [self.frame, k as u64, 0, 0];
         let worker = self.workers.first_mut()?;
@@ -372,15 +363,17 @@ impl Plan {
         }
     }
 
-    /// Gives each instance its outline.
-    fn take_outlines(&mut self, instances: &[Instance<'_>]) {
+    /// Gives the outlines that were made to the instances that want them, and each instance's to its record.
+    fn take_outlines(&mut self) {
         for visible in &mut self.visible {
-            if let Some(key) = &visible.key {
+            if let Some(key) = &visible.wanted {
                 match self.cache.find(key) {
                     Some(outline) => {
                         visible.outline = Some(outline);
-                        let asset = instances[visible.instance].asset.0.id;
-                        self.before[visible.instance] = Some(Before { asset, outline });
+                        self.before[visible.instance] = Some(Before {
+                            asset: key.asset,
+                            outline,
+                        });
                     }
                     None => self.stats.waiting += usize::from(visible.outline.is_some()),
                 }

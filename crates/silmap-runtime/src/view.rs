@@ -135,10 +135,14 @@ fn bounds(x: DVec4, w: DVec4, center: DVec4, radius: f64) -> (f64, f64) {
     }
 }
 
+/// The largest radius of a sphere, over the side of the picture, that counts.
+const MOST_PICTURES: f64 = 4.0;
+
 impl Rect {
-    /// Half the larger side, in pixels, whether in the picture or not.
+    /// Half the larger side, in pixels, whether in the picture or not; at most so many pictures.
     pub(crate) fn radius_px(&self, size_px: DVec2) -> f64 {
-        ((self.most - self.least) * 0.25 * size_px).max_element()
+        let radius = ((self.most - self.least) * 0.25 * size_px).max_element();
+        radius.min(MOST_PICTURES * size_px.max_element())
     }
 }
 

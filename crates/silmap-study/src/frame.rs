@@ -1,6 +1,7 @@
 //! Parameters and errors of a frame.
 
 use glam::{DVec2, DVec3};
+use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, Loop};
 use silmap_gpu::{GpuError, wgpu};
 use silmap_map::{InterpolateError, Method};
@@ -117,6 +118,19 @@ pub enum Background {
     Transparent,
     /// One colour, sRGB-encoded.
     Colour([u8; 3]),
+}
+
+impl Background {
+    /// The colour that stands for it, linear and premultiplied.
+    pub(crate) fn clear_colour(self) -> wgpu::Color {
+        match self {
+            Self::Transparent => wgpu::Color::TRANSPARENT,
+            Self::Colour(encoded) => {
+                let [r, g, b] = encoded.map(|c| f64::from(linear_from_srgb(f32::from(c) / 255.0)));
+                wgpu::Color { r, g, b, a: 1.0 }
+            }
+        }
+    }
 }
 
 /// A region of the image, as loops of whatever origin.

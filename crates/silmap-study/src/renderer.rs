@@ -3,7 +3,6 @@
 //! Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.
 
 use glam::DVec3;
-use silmap_geometry::lighting::linear_from_srgb;
 use silmap_geometry::{Camera, CameraError, ColourImage, TriangleMesh};
 use silmap_gpu::{Gpu, PendingRead, Readback, wgpu};
 use silmap_map::{Asset, MapReader, Outline, SilhouetteMap};
@@ -241,7 +240,7 @@ impl PictureRenderer {
         let canvas = Canvas {
             view: target,
             format: self.options.target_format,
-            background: clear_colour(params.background),
+            background: params.background.clear_colour(),
         };
         self.record_frame(gpu, encoder, canvas, (params, shape), Drawn::Frame)
     }
@@ -315,7 +314,7 @@ impl PictureRenderer {
         let canvas = Canvas {
             view: &view,
             format: PICTURE,
-            background: clear_colour(params.background),
+            background: params.background.clear_colour(),
         };
         self.record_frame(gpu, &mut encoder, canvas, (params, shape), Drawn::Frame)?;
         Ok((readback.start(gpu, encoder, &texture), texture))
@@ -473,17 +472,6 @@ fn clip_shape(outline: Option<&Outline>) -> ClipShape<'_> {
         loops: outline.simple_loops(),
         outline: outline.simple_loops(),
     })
-}
-
-/// The colour that stands for a background, linear and premultiplied.
-fn clear_colour(background: Background) -> wgpu::Color {
-    match background {
-        Background::Transparent => wgpu::Color::TRANSPARENT,
-        Background::Colour(encoded) => {
-            let [r, g, b] = encoded.map(|c| f64::from(linear_from_srgb(f32::from(c) / 255.0)));
-            wgpu::Color { r, g, b, a: 1.0 }
-        }
-    }
 }
 
 fn check_size(gpu: &Gpu, camera: &Camera) -> Result<(), RenderError> {

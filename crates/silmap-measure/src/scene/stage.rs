@@ -17,6 +17,8 @@ pub(super) struct FrameSeconds {
     pub(super) outlines: f64,
     pub(super) upload: f64,
     pub(super) encode: f64,
+    /// Outlines that were interpolated for it.
+    pub(super) interpolated: usize,
 }
 
 impl FrameSeconds {

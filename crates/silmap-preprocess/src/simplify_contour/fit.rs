@@ -7,10 +7,11 @@
 //! vertices where fitted lines meet). Deviation: vertices go greedily instead of by shortest path.
 
 use glam::DVec2;
+use silmap_geometry::polygon::distance_squared_to_segment;
 
 use super::VERTEX_STEPS_PER_PX;
 use super::moments::Line;
-use super::outline::{Place, Proposal, SimplifiedLoops, distance_squared};
+use super::outline::{Place, Proposal, SimplifiedLoops};
 
 /// Weight of a vertex's place on the traced outline against the two lines it should lie on: keeps the crossing of two
 /// nearly parallel lines near, and shifts that of others by little.
@@ -91,7 +92,7 @@ impl SimplifiedLoops {
         let tolerance = self.tolerance_squared.sqrt();
         for _ in 0..CORRECTIONS {
             let is_on_place = |q: DVec2, place: &Place| {
-                distance_squared(q, place.leg.0, place.leg.1) <= self.tolerance_squared
+                distance_squared_to_segment(q, place.leg.0, place.leg.1) <= self.tolerance_squared
             };
             if !is_on_place(a, &before.place) || !is_on_place(b, &after.place) {
                 return None;

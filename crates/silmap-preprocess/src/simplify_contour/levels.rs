@@ -14,10 +14,11 @@
 
 use glam::DVec2;
 use rayon::prelude::*;
+use silmap_geometry::polygon::distance_squared_to_segment;
 use silmap_geometry::{CoverageRule, Loop};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 
-use super::outline::{Proposal, SimplifiedLoops, distance_squared, turn};
+use super::outline::{Proposal, SimplifiedLoops, turn};
 use super::{SimplifyContourParams, remove_vertices};
 
 /// How much of an error in depth counts as an error in the image. Seen from between the views, a point that is too deep by so much
@@ -88,7 +89,7 @@ impl Deep {
         let mut v = next(from);
         while v != to {
             let p = self.points[v as usize];
-            worst = worst.max(distance_squared(p, a, b));
+            worst = worst.max(distance_squared_to_segment(p, a, b));
             if !self.inverse.is_empty() {
                 let t = ((p - a).dot(along) * scale).clamp(0.0, 1.0);
                 let [near, far, own] = [from, to, v].map(|v| self.inverse[v as usize]);

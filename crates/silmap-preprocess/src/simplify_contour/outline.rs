@@ -3,7 +3,7 @@
 use glam::DVec2;
 use robust::{Coord, orient2d};
 use silmap_geometry::Loop;
-use silmap_geometry::polygon::signed_area;
+use silmap_geometry::polygon::{distance_squared_to_segment, signed_area};
 
 use super::SimplifyContourParams;
 use super::grid::EdgeGrid;
@@ -88,7 +88,7 @@ impl Corner {
             let beyond = (s * self.advance - self.leg).max(0.0);
             return (s * self.height) * (s * self.height) + beyond * beyond;
         }
-        distance_squared(self.position, a, b)
+        distance_squared_to_segment(self.position, a, b)
     }
 }
 
@@ -458,19 +458,4 @@ pub(super) fn segments_meet((a, b): (DVec2, DVec2), (c, d): (DVec2, DVec2)) -> b
     }
     // Boxes that meet and ends that lie on no common side: this holds for segments in one line, too.
     turn(a, b, c) * turn(a, b, d) <= 0.0 && turn(c, d, a) * turn(c, d, b) <= 0.0
-}
-
-/// Squared distance of `p` from the segment between `a` and `b`.
-pub(super) fn distance_squared(p: DVec2, a: DVec2, b: DVec2) -> f64 {
-    let (along, offset) = (b - a, p - a);
-    let length_squared = along.length_squared();
-    let t = offset.dot(along);
-    if t <= 0.0 {
-        offset.length_squared()
-    } else if t >= length_squared {
-        p.distance_squared(b)
-    } else {
-        let across = along.perp_dot(offset);
-        across * across / length_squared
-    }
 }

@@ -3,9 +3,9 @@
 use glam::DVec2;
 use proptest::prelude::*;
 use silmap_geometry::Mask;
-use silmap_geometry::polygon::{edges, fill_even_odd, signed_area};
+use silmap_geometry::polygon::{distance_squared_to_segment, edges, fill_even_odd, signed_area};
 
-use super::outline::{distance_squared, segments_meet, turn};
+use super::outline::{segments_meet, turn};
 use super::*;
 use crate::trace::trace_contours;
 
@@ -87,7 +87,7 @@ fn directed_distance(from: &Loop, to: &Loop) -> f64 {
         for k in 0..steps as u32 {
             let p = a.lerp(b, f64::from(k) / steps);
             let nearest = edges(to)
-                .map(|(c, d)| distance_squared(p, c, d))
+                .map(|(c, d)| distance_squared_to_segment(p, c, d))
                 .fold(f64::INFINITY, f64::min);
             worst = worst.max(nearest);
         }

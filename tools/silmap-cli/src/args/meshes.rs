@@ -201,7 +201,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) instances: u32,
     /// Measure one scene in one pass, in which the sphere about each instance is so many pixels wide
-    #[arg(long, value_name = "PX", value_parser = parse_positive)]
+    #[arg(long, value_name = "PX", value_parser = parse_positive, conflicts_with_all = ["edges", "comparison"])]
     pub(crate) pixels: Option<f64>,
     /// With --pixels, let the camera stand still instead of walking half a degree a frame
     #[arg(long, requires = "pixels")]

@@ -1,6 +1,7 @@
 //! `silmap bench`: interpolation, extraction and frames side by side.
 
 use anyhow::Context;
+use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{ExtractionMethod, SimplifyParams, Viewpoint, simplify, walk_around};
@@ -11,7 +12,7 @@ use silmap_measure::{Bench, Row, SceneBench, SceneParams, SceneRow, compare, mac
 use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::BuildParams;
 
-use crate::args::BenchArgs;
+use crate::args::{BenchArgs, usage_error};
 use crate::commands::build::build_watched;
 use crate::commands::open_gpu;
 use crate::files::{load_model, load_model_of, read_asset};
@@ -40,6 +41,12 @@ struct BenchJson {
 }
 
 pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
+    if args.pixels.is_some() && args.size.width != args.size.height {
+        usage_error(
+            ErrorKind::InvalidValue,
+            "--size: with --pixels the picture is square",
+        );
+    }
     // First, so that a missing adapter is known before the work.
     let gpu = open_gpu()?;
     let read = args.asset.as_deref().map(read_asset).transpose()?;

@@ -1,0 +1,13 @@
+// The colour of a hull's fragment, whichever vertices it is between. Needs: paint, hull_plain or hull_covered.
+
+fn fragment_colour(fragment: Fragment) -> vec3f {
+    return paint_colour(
+        fragment.point_a,
+        fragment.point_b,
+        fragment.point_c,
+        fragment.views,
+        fragment.weights,
+        fragment.atlas_uv,
+        fragment.normal,
+    );
+}
