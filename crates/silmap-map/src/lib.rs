@@ -12,6 +12,7 @@ mod loops;
 mod off_polytope;
 mod pair_cache;
 pub mod polytope;
+mod polytope_outline;
 mod project;
 mod reader;
 mod rule;
@@ -31,6 +32,7 @@ pub use loops::{DeepLoops, FlatLoops, Loops, SeenLoops};
 pub use pair_cache::RectifiedPair;
 
 pub use polytope::{Polytope, PolytopeError};
+pub use polytope_outline::PolytopeOutline;
 pub use reader::{MapReader, Outline, outline};
 pub use rule::PairInterpolator;
 pub use rule::method::Method;

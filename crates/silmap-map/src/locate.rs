@@ -18,6 +18,9 @@ pub struct Location {
     pub point: DVec3,
 }
 
+/// With a weight this small a direction is on an edge, by rounding.
+const ON_EDGE: f64 = 1e-12;
+
 impl Polytope {
     /// Finds the triangle that faces `eye`, walking from triangle `start`; `None` when the eye is the center itself.
     #[must_use]
@@ -34,8 +37,14 @@ impl Polytope {
             let worst = (0..3)
                 .min_by(|&i, &j| signs[i].total_cmp(&signs[j]))
                 .unwrap_or(0);
-            if signs[worst] >= 0.0 {
+            if signs[worst] > ON_EDGE * signs.iter().sum::<f64>() {
                 return self.location(triangle, direction);
+            }
+            if signs[worst] >= 0.0 {
+                // Whichever way it was come to, the same triangle of those that meet there.
+                let is_there = |t: &u32| self.signs(*t, direction).iter().all(|&s| s >= 0.0);
+                let first = (0..triangle).find(is_there).unwrap_or(triangle);
+                return self.location(first, direction);
             }
             triangle = self.neighbours[triangle as usize][worst];
         }

@@ -62,6 +62,15 @@ impl PieceCounts {
         }
     }
 
+    /// Outer loops and holes.
+    pub(crate) fn to_array(self) -> [usize; 2] {
+        [self.outer, self.holes]
+    }
+
+    pub(crate) fn from_array([outer, holes]: [usize; 2]) -> Self {
+        Self { outer, holes }
+    }
+
     /// The greater number of each kind.
     pub(crate) fn max(self, other: Self) -> Self {
         Self {

@@ -11,18 +11,17 @@ use glam::{DMat3, DVec3};
 use silmap_geometry::Camera;
 
 use crate::SilhouetteMap;
-use crate::epipolar::{EpipolarFrame, image_from_object, object_from_image};
-use crate::interpolation::{InterpolateError, Interpolation, Transfer};
+use crate::epipolar::{EpipolarFrame, object_from_image};
+use crate::interpolation::{InterpolateError, Interpolation};
 use crate::locate::Location;
 use crate::loops::{DeepLoops, SeenLoops};
 use crate::pair_cache::{
     PairCache, RectifiedPair, RectifyParams, TURN_TANGENT, ViewedSilhouette, assign_contours,
     object_from_epipolar,
 };
-use crate::project::{Projection, Round, project_loops};
+use crate::polytope_outline::{OutlineCarrier, PolytopeOutline};
 use crate::rule::PairInterpolator;
 use crate::rule::method::Method;
-use crate::sweep::intersection::RegionIntersection;
 
 /// Interpolation within one triangle of views.
 #[derive(Clone, Debug, Default)]
@@ -32,10 +31,8 @@ pub struct TriangleInterpolator {
     inner_pair: RectifiedPair,
     captured: DeepLoops,
     on_edges: [DeepLoops; 2],
-    inner: DeepLoops,
-    regions: [SeenLoops; 3],
-    intersection: RegionIntersection,
-    shared: SeenLoops,
+    outline: PolytopeOutline,
+    carrier: OutlineCarrier,
 }
 
 /// As [`TURN_TANGENT`], between two outlines that were interpolated already and have more small turns: most of a pixel of a 512² capture.
@@ -69,8 +66,7 @@ impl Between<'_> {
 }
 
 impl TriangleInterpolator {
-    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: simple loops that do not overlap where
-    /// it is the intersection of several regions, else one region. One interpolator serves one map: it keeps what it has prepared
+    /// The outline from a point of the polytope, at a level of detail. One interpolator serves one map: it keeps what it has prepared
     /// of it.
     ///
     /// # Errors
@@ -79,26 +75,27 @@ impl TriangleInterpolator {
         &mut self,
         map: &SilhouetteMap,
         location: &Location,
-        camera: &Camera,
-        how: Interpolation,
-    ) -> Result<&SeenLoops, InterpolateError> {
+        (method, level): (Method, u8),
+        outline: &mut PolytopeOutline,
+    ) -> Result<(), InterpolateError> {
         let ids = map.triangles[location.triangle as usize];
-        let regions = self.interpolate_regions(map, ids, location, camera, how);
-        let count = regions.map(<[_]>::len);
-        let count = count.map_err(|(i, j)| InterpolateError::ViewsTooFarApart {
-            one: ids[i],
-            two: ids[j],
-        })?;
-        if count == 1 {
-            return Ok(&self.regions[0]);
-        }
-        self.intersection
-            .intersect(self.regions.each_ref(), &mut self.shared);
-        Ok(&self.shared)
+        let between = Between {
+            map,
+            ids,
+            weights: location.barycentric,
+            level,
+            method,
+        };
+        (self.fill(&between, location.point, outline)).map_err(|(i, j)| {
+            InterpolateError::ViewsTooFarApart {
+                one: ids[i],
+                two: ids[j],
+            }
+        })
     }
 
-    /// As an outline is interpolated between the views `ids` of `map`, but each order of the views gives its own region: all cover
-    /// what is inside. There are three for [`Method::Hull`], else one.
+    /// The silhouette from `location` between the views `ids` of `map`, mapped to `camera`: each order of the views gives its own
+    /// region, all of which cover what is inside. There are three for [`Method::Hull`], else one.
     ///
     /// # Errors
     /// The two corners that cannot be rectified with each other.
@@ -117,34 +114,57 @@ impl TriangleInterpolator {
             level: how.detail.level(map, camera),
             method: how.method,
         };
-        let views = ids.map(|v| &map.views[v as usize]);
-        let has_depth = views.iter().all(|v| v.has_depth());
-        let to_camera = projection(&between, location, camera, has_depth, how.transfer);
-        let count = how.method.region_count();
-        if let Some(k) = (location.barycentric.iter()).position(|&w| w >= AT_VIEW) {
-            let sphere = map.bounding_sphere();
-            assign_contours(&mut self.captured, views[k], sphere, between.level);
-            let to_camera = to_camera.after(object_from_image(&views[k].camera));
-            for region in &mut self.regions[..count] {
-                project_loops(&self.captured, &to_camera, region);
-            }
-            return Ok(&self.regions[..count]);
-        }
-        for k in 0..count {
-            let object_from_loops = match how.method {
-                Method::Paper => self.two_steps(&between, opposite_to_nearest_edge(&between))?,
-                Method::Hull => self.two_steps(&between, k)?,
-                Method::Tight => self.along_longest_edge(&between)?,
-            };
-            let to_camera = to_camera.after_frame(object_from_loops);
-            project_loops(&self.inner, &to_camera, &mut self.regions[k]);
-        }
-        Ok(&self.regions[..count])
+        let mut outline = std::mem::take(&mut self.outline);
+        let filled = self.fill(&between, location.point, &mut outline);
+        self.outline = outline;
+        filled?;
+        Ok((self.carrier).carry_regions(&self.outline, map, camera, how.transfer))
     }
 
-    /// Interpolates along the edge opposite to corner `last`, then towards that corner (`triSillInterp`). The result is in
-    /// `self.inner`; returns the matrix from its coordinates to rays.
-    fn two_steps(&mut self, between: &Between<'_>, last: usize) -> Result<DMat3, (usize, usize)> {
+    /// Fills in all but the pieces.
+    fn fill(
+        &mut self,
+        between: &Between<'_>,
+        point: DVec3,
+        outline: &mut PolytopeOutline,
+    ) -> Result<(), (usize, usize)> {
+        let map = between.map;
+        let views = between.ids.map(|v| &map.views[v as usize]);
+        let [a, b, c] = [0, 1, 2].map(|k| between.eye(k));
+        outline.point = point;
+        outline.normal = (b - a).cross(c - a);
+        outline.has_depth = views.iter().all(|v| v.has_depth());
+        outline.count = between.method.region_count();
+        let at_view = between.weights.iter().position(|&w| w >= AT_VIEW);
+        for k in 0..outline.count {
+            let region = &mut outline.regions[k];
+            region.is_frame = at_view.is_none();
+            region.rays_from_loops = match (at_view, between.method) {
+                (Some(corner), _) => {
+                    let view = views[corner];
+                    let sphere = map.bounding_sphere();
+                    assign_contours(&mut region.loops, view, sphere, between.level);
+                    object_from_image(&view.camera)
+                }
+                (None, Method::Paper) => {
+                    let last = opposite_to_nearest_edge(between);
+                    self.two_steps(between, last, &mut region.loops)?
+                }
+                (None, Method::Hull) => self.two_steps(between, k, &mut region.loops)?,
+                (None, Method::Tight) => self.along_longest_edge(between, &mut region.loops)?,
+            };
+        }
+        Ok(())
+    }
+
+    /// Interpolates along the edge opposite to corner `last`, then towards that corner (`triSillInterp`). Returns
+    /// the matrix from the coordinates of the result to rays.
+    fn two_steps(
+        &mut self,
+        between: &Between<'_>,
+        last: usize,
+        output: &mut DeepLoops,
+    ) -> Result<DMat3, (usize, usize)> {
         let (i, j) = ((last + 1) % 3, (last + 2) % 3);
         let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
@@ -170,18 +190,22 @@ impl TriangleInterpolator {
             &mut self.inner_pair.silhouettes,
             towards,
             between.method,
-            &mut self.inner,
+            output,
         );
         Ok(object_from_epipolar(&frame))
     }
 
     /// Interpolates on the two shorter edges, to where the line through the eye along the longest one meets them, and then on
-    /// that line. The result is in `self.inner`; returns the matrix from its coordinates to rays.
+    /// that line. Returns the matrix from the coordinates of the result to rays.
     ///
     /// Source: beyond the paper; the side-to-side scheme of Barnhill, Birkhoff and Gordon, Smooth Interpolation in Triangles, 1973,
     /// with silhouettes in the place of numbers. Deviation: one direction per triangle, not the mean of all three: it is continuous
     /// within the triangle, and on each edge it is what that edge's own two views give, so that neighbours agree.
-    fn along_longest_edge(&mut self, between: &Between<'_>) -> Result<DMat3, (usize, usize)> {
+    fn along_longest_edge(
+        &mut self,
+        between: &Between<'_>,
+        output: &mut DeepLoops,
+    ) -> Result<DMat3, (usize, usize)> {
         let length = |k: usize| between.eye((k + 1) % 3).distance(between.eye((k + 2) % 3));
         let apex = (0..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
         let (i, j) = ((apex + 1) % 3, (apex + 2) % 3);
@@ -204,7 +228,7 @@ impl TriangleInterpolator {
             &mut self.inner_pair.silhouettes,
             alpha,
             between.method,
-            &mut self.inner,
+            output,
         );
         Ok(object_from_epipolar(&frame))
     }
@@ -236,40 +260,6 @@ impl TriangleInterpolator {
     }
 }
 
-/// An eye closer than this to the located point, in radii of the bounding sphere, is there.
-const ON_POLYTOPE: f64 = 1e-9;
-
-/// How the outline from the located point is carried to the eye.
-fn projection(
-    between: &Between<'_>,
-    location: &Location,
-    camera: &Camera,
-    has_depth: bool,
-    transfer: Transfer,
-) -> Projection {
-    let image_from_rays = image_from_object(camera);
-    if has_depth && transfer != Transfer::Homography {
-        let offset = camera.eye - location.point;
-        let radius = between.map.radius;
-        let round = Round { offset, radius };
-        return Projection {
-            matrix: image_from_rays,
-            shift: -(image_from_rays * offset),
-            round: (offset.length() > ON_POLYTOPE * radius).then_some(round),
-            keeps_depth: true,
-        };
-    }
-    let [a, b, c] = [0, 1, 2].map(|k| between.eye(k));
-    let normal = (b - a).cross(c - a);
-    let homography = plane_homography(between.map.center, normal, location.point, camera.eye);
-    Projection {
-        matrix: image_from_rays * homography,
-        shift: DVec3::ZERO,
-        round: None,
-        keeps_depth: false,
-    }
-}
-
 /// The corner opposite to the edge nearest to the eye.
 fn opposite_to_nearest_edge(between: &Between<'_>) -> usize {
     // A corner's weight is the distance to the opposite edge over the triangle's height there.
@@ -280,37 +270,4 @@ fn opposite_to_nearest_edge(between: &Between<'_>) -> usize {
     (0..3)
         .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
         .unwrap_or(0)
-}
-
-/// From rays at `from` to rays at `to` that meet them on the plane through `center` with `normal`, up to positive scale
-/// (section 5, footnote 2).
-fn plane_homography(center: DVec3, normal: DVec3, from: DVec3, to: DVec3) -> DMat3 {
-    // A ray d from p_t meets the plane at p_t + d·(n·(c − p_t))/(n·d); times n·d, seen from p_c.
-    let towards = if normal.dot(center - from) < 0.0 {
-        -normal
-    } else {
-        normal
-    };
-    let reach = towards.dot(center - from);
-    let shift = from - to;
-    let outer = DMat3::from_cols(shift * towards.x, shift * towards.y, shift * towards.z);
-    DMat3::from_diagonal(DVec3::splat(reach)) + outer
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::DVec2;
-
-    #[test]
-    fn the_homography_meets_points_of_the_plane() {
-        let (center, normal) = (DVec3::new(1.0, 0.0, 0.0), DVec3::new(0.2, 0.5, 1.0));
-        let (from, to) = (DVec3::new(0.5, 0.3, 4.0), DVec3::new(-1.0, 2.0, 7.0));
-        let across = normal.any_orthogonal_vector();
-        let point = center + across * 0.7;
-        let mapped = plane_homography(center, normal, from, to) * (point - from);
-        assert!(mapped.cross(point - to).length() < 1e-9 && mapped.dot(point - to) > 0.0);
-        let same = plane_homography(center, normal, from, from) * DVec2::new(0.1, 0.2).extend(-1.0);
-        assert!(same.cross(DVec3::new(0.1, 0.2, -1.0)).length() < 1e-9);
-    }
 }

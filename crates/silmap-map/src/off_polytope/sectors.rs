@@ -11,16 +11,10 @@
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use silmap_geometry::Camera;
 
-use crate::epipolar::{image_from_object, object_from_image};
-use crate::interpolation::{InterpolateError, Interpolation};
-use crate::levels::Detail;
 use crate::locate::Location;
-use crate::loops::{DeepLoops, SeenLoops};
-use crate::off_polytope::merge::{SectorMerge, half_line};
+use crate::off_polytope::merge::half_line;
 use crate::polytope::Polytope;
-use crate::project::{Projection, project_loops};
-use crate::tidy::PieceCounts;
-use crate::triangle::TriangleInterpolator;
+use crate::rule::method::Method;
 use crate::{CapturedView, SilhouetteMap};
 
 /// Distances of the eye, over that of the polytope, between which nothing is divided; and those from which on sectors are
@@ -30,7 +24,7 @@ const ON_POLYTOPE: (f64, f64) = (0.8, 1.35);
 const OFF_POLYTOPE: (f64, f64) = (0.7, 1.6);
 
 /// Side of the picture that sectors are joined in. Its unit makes no difference.
-const PICTURE_PX: u32 = 1024;
+pub(crate) const PICTURE_PX: u32 = 1024;
 
 /// How often a ray is met with the polytope as if that were a sphere there.
 const CROSSING_STEPS: usize = 3;
@@ -113,29 +107,11 @@ fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
-/// What is known of the views, and buffers.
+/// From where on the polytope the sectors of an eye's picture are looked at.
 #[derive(Clone, Debug)]
 pub(crate) struct Sectors {
+    /// Of each view.
     rims: Vec<RimMoments>,
-    join: SectorMerge,
-    joined: DeepLoops,
-    region: SeenLoops,
-}
-
-/// What sectors are interpolated from.
-pub(crate) struct Views<'a> {
-    pub(crate) map: &'a SilhouetteMap,
-    pub(crate) polytope: &'a Polytope,
-    pub(crate) pieces: &'a [PieceCounts],
-}
-
-/// An outline that is asked for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SectorRequest<'a> {
-    /// Where the eye faces the polytope.
-    pub(crate) location: &'a Location,
-    pub(crate) camera: &'a Camera,
-    pub(crate) how: Interpolation,
 }
 
 impl Sectors {
@@ -143,43 +119,28 @@ impl Sectors {
         let rims = map.views.iter().map(|v| RimMoments::of_view(v, map.center));
         Self {
             rims: rims.collect(),
-            join: SectorMerge::default(),
-            joined: DeepLoops::default(),
-            region: SeenLoops::default(),
         }
     }
 
-    /// The outline that `camera` sees, whose eye faces the polytope at `location`, put together from sectors; and the most pieces
-    /// that any of the views used has. `None` where the eye is on the polytope or nearly so.
-    pub(crate) fn interpolate(
-        &mut self,
-        views: &Views<'_>,
-        triangle: &mut TriangleInterpolator,
-        request: &SectorRequest<'_>,
-    ) -> Result<Option<(&SeenLoops, PieceCounts)>, InterpolateError> {
-        let &SectorRequest {
-            location,
-            camera,
-            how,
-        } = request;
-        let map = views.map;
+    /// Appends the points of the polytope from which the sectors of the picture of `camera` are looked at, whose eye faces the polytope at
+    /// `location`: that alone where the eye is on the polytope or nearly so, or the method divides nothing.
+    pub(crate) fn aim(
+        &self,
+        (map, polytope): (&SilhouetteMap, &Polytope),
+        camera: &Camera,
+        location: &Location,
+        method: Method,
+        points: &mut Vec<Location>,
+    ) {
         let eye = camera.eye;
         let distance = eye.distance(map.center);
         let share = share_off_polytope(distance / location.point.distance(map.center));
-        let Some(upright) = facing_center(camera, map).filter(|_| share > 0.0) else {
-            return Ok(None);
-        };
-        let Some(count) = how.method.sector_count() else {
-            return Ok(None);
-        };
-        let how = Interpolation {
-            detail: Detail::Level(how.detail.level(map, camera)),
-            ..how
+        let upright = facing_center(camera, map).filter(|_| share > 0.0);
+        let (Some(upright), Some(count)) = (upright, method.sector_count()) else {
+            points.push(*location);
+            return;
         };
         let rim = self.rim_at(map, location);
-        let middle = DVec2::splat(0.5 * f64::from(PICTURE_PX));
-        self.join.start(middle, count);
-        let mut most = PieceCounts::default();
         let mut at = *location;
         for k in 0..count {
             // In the middle of the sector; pixels go down.
@@ -187,21 +148,9 @@ impl Sectors {
             let direction = upright.right * d.x - upright.up * d.y;
             let reach = (rim.reach(DVec2::new(d.x, -d.y), &upright)).min(map.radius);
             let ray = map.center + direction * (share * reach) - eye;
-            at = crossing(views.polytope, map.center, eye, ray, &at).unwrap_or(*location);
-            let seen = triangle.interpolate(map, &at, &upright, how)?;
-            self.join.add(k, seen);
-            let ids = map.triangles[at.triangle as usize];
-            most = (ids.into_iter()).fold(most, |most, v| most.max(views.pieces[v as usize]));
+            at = crossing(polytope, map.center, eye, ray, &at).unwrap_or(*location);
+            points.push(at);
         }
-        self.join.finish(&mut self.joined);
-        let to_camera = Projection {
-            matrix: image_from_object(camera) * object_from_image(&upright),
-            shift: DVec3::ZERO,
-            round: None,
-            keeps_depth: true,
-        };
-        project_loops(&self.joined, &to_camera, &mut self.region);
-        Ok(Some((&self.region, most)))
     }
 
     /// The rim seen from a point of the polytope: between those of the triangle's views.
@@ -227,8 +176,8 @@ fn share_off_polytope(ratio: f64) -> f64 {
     ((ratio - on) / (off - on)).clamp(0.0, 1.0)
 }
 
-/// A camera at the same eye which looks at the center, turned there by the shortest way.
-fn facing_center(camera: &Camera, map: &SilhouetteMap) -> Option<Camera> {
+/// The camera in whose picture sectors are joined: at the same eye, it looks at the center, turned there by the shortest way.
+pub(crate) fn facing_center(camera: &Camera, map: &SilhouetteMap) -> Option<Camera> {
     let forward = (map.center - camera.eye).try_normalize()?;
     let up = DQuat::from_rotation_arc(camera.forward, forward) * camera.up;
     let size = (PICTURE_PX, PICTURE_PX);
