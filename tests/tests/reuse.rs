@@ -179,6 +179,39 @@ fn outlines_do_not_depend_on_the_way() {
     }
 }
 
+/// Off the polytope outlines are put together from ones that many eyes share, whose memory may be short: they are the same.
+#[test]
+fn outlines_do_not_depend_on_the_memory_there_is() {
+    let Some(stage) = Stage::open(models::torus(1024)) else {
+        return;
+    };
+    let radius = stage.loaded.model_bounds().radius;
+    let instance = Instance::new(&stage.loaded, Transform::IDENTITY);
+    let outlines = |polytope_bytes: u64, reuse_error_px: f64| {
+        let stencil = wgpu::TextureFormat::Depth24PlusStencil8;
+        let options = RendererOptions {
+            polytope_bytes,
+            reuse_error_px,
+            ..RendererOptions::new(formats(COLOUR, stencil, DepthDirection::Forward, 1))
+        };
+        let mut renderer = Renderer::new(&stage.gpu.device, options).unwrap();
+        let cameras = stage.walk(30, 12.0, 64.0).into_iter();
+        cameras
+            .map(|camera| {
+                let view = view_of(&camera, radius, DepthDirection::Forward);
+                renderer.plan(&view, &[instance]).unwrap();
+                renderer.outline_px(0).unwrap()
+            })
+            .collect::<Vec<_>>()
+    };
+    let wanted = outlines(16 << 20, 0.25);
+    for bytes in [0, 1024, 16 << 10] {
+        assert_eq!(outlines(bytes, 0.25), wanted, "{bytes} bytes");
+    }
+    // It is not for want of sharing: each from its own points is another outline.
+    assert_ne!(outlines(0, 0.0), wanted);
+}
+
 /// A thousand instances, a camera that walks: once all is warm, planning a frame allocates nothing.
 #[test]
 fn a_warm_frame_allocates_nothing() {

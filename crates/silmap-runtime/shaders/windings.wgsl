@@ -1,24 +1,29 @@
-// Outlines as triangle fans, for their effect on the stencil. Needs: outline, instance.
+// Outlines as triangles whose windings add up in the stencil. Needs: outline, instance.
 // Source: Gu et al., Silhouette Mapping, TR-1-99, section 8.1.
-// Deviation: the loops are in space and are projected here, so that an outline that is kept costs nothing.
+// Deviation: the loops are in space and are projected here, so that an outline that is kept costs nothing; their triangles are those of
+// `winding_triangles.rs`, not fans.
 
 @vertex
 fn vs_main(@builtin(vertex_index) vertex: u32, instance: Instance) -> @builtin(position) vec4f {
     let start = instance.outline.x;
-    let edge = vertex / 3u;
+    let middle = vertex / 3u;
     let corner = vertex % 3u;
     let nowhere = vec4f(0.0, 0.0, 0.5, 1.0);
-    if edge >= instance.outline.y {
+    if middle >= instance.outline.y {
         return nowhere;
     }
-    let first = outline_point(start, edge);
-    if first.w == OUTLINE_NO_EDGE {
+    var texel = outline_point(start, middle);
+    let after = texel.w & 0x7ffffffu;
+    if texel.w == OUTLINE_NO_EDGE || after == 0u {
         return nowhere;
     }
-    let index = select(select(edge, edge + 1u, corner == 2u), first.w, corner == 0u);
-    let point = bitcast<vec3f>(outline_point(start, index).xyz);
-    let clip = instance_clip(instance, point);
-    // Neither the near plane nor the far one cuts a fan.
+    if corner == 0u {
+        texel = outline_point(start, middle - (1u << (texel.w >> 27u)));
+    } else if corner == 2u {
+        texel = outline_point(start, middle + after);
+    }
+    let clip = instance_clip(instance, bitcast<vec3f>(texel.xyz));
+    // Neither the near plane nor the far one cuts a triangle.
     return vec4f(clip.xy, 0.5 * clip.w, clip.w);
 }
 

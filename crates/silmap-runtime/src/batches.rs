@@ -1,7 +1,7 @@
 //! Which instances can be drawn together with one stencil: those whose rectangles on the screen do not overlap.
 //!
-//! The screen is divided into tiles. An instance belongs to the batch after the last one that touched any of its tiles; going from back
-//! to front, batches are in that order too.
+//! The screen is divided into tiles. An instance belongs to the batch after the last one that touched any of its tiles; in whatever
+//! order instances come, batches are in that order too.
 
 use glam::DVec2;
 

@@ -1,29 +1,26 @@
-//! Outlines that outlive a frame, in a texture of a fixed size: what was used longest ago makes room for what is new.
+//! What outlives a frame, in blocks of a memory of a fixed size: what was used longest ago makes room for what is new.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 
 use crate::blocks::{Blocks, order_for};
-use crate::cells::{Bearing, CellKey};
 
 const NONE: u32 = u32::MAX;
 
-/// A kept outline, as long as it is kept.
+/// Names what is kept, as long as it is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct OutlineRef {
+pub(crate) struct KeptRef {
     slot: u32,
     generation: u32,
 }
 
-/// Where an outline lies and what it is of.
+/// Where something lies and what is known of it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct KeptOutline {
-    key: CellKey,
-    /// First texel.
+pub(crate) struct Kept<K, V> {
+    key: K,
+    pub(crate) value: V,
+    /// Where it begins.
     pub(crate) start: u32,
-    /// Its points.
-    pub(crate) points: u32,
-    /// The eye it was made for.
-    pub(crate) middle: Bearing,
     order: u8,
     generation: u32,
     /// The frame in which it was used last.
@@ -32,27 +29,27 @@ pub(crate) struct KeptOutline {
     older: u32,
 }
 
-/// All outlines that are kept.
+/// All that is kept. Places and lengths are in elements of the memory.
 #[derive(Debug)]
-pub(crate) struct OutlineCache {
-    slots: Vec<KeptOutline>,
+pub(crate) struct BlockCache<K, V> {
+    slots: Vec<Kept<K, V>>,
     unused: Vec<u32>,
-    by_key: HashMap<CellKey, u32>,
+    by_key: HashMap<K, u32>,
     blocks: Blocks,
     newest: u32,
     oldest: u32,
     frame: u64,
 }
 
-impl OutlineCache {
-    /// With room for so many texels.
-    pub(crate) fn new(texels: u32) -> Self {
-        let most = (texels / crate::blocks::SMALLEST) as usize;
+impl<K: Copy + Eq + Hash, V: Copy> BlockCache<K, V> {
+    /// With room for so many elements.
+    pub(crate) fn new(room: u32) -> Self {
+        let most = (room / crate::blocks::SMALLEST) as usize;
         Self {
             slots: Vec::with_capacity(most),
             unused: Vec::with_capacity(most),
             by_key: HashMap::with_capacity(most),
-            blocks: Blocks::new(texels),
+            blocks: Blocks::new(room),
             newest: NONE,
             oldest: NONE,
             frame: 0,
@@ -69,44 +66,43 @@ impl OutlineCache {
         self.by_key.len()
     }
 
-    /// The outline of a cell.
-    pub(crate) fn find(&mut self, key: &CellKey) -> Option<OutlineRef> {
+    /// What has a key; it stays for this frame.
+    pub(crate) fn find(&mut self, key: &K) -> Option<KeptRef> {
         let slot = *self.by_key.get(key)?;
         Some(self.touch(slot))
     }
 
-    /// An outline of another frame, if it is kept still; it stays for this frame.
-    pub(crate) fn revive(&mut self, outline: OutlineRef) -> Option<OutlineRef> {
-        let is_kept = self.kept(outline).is_some();
-        is_kept.then(|| self.touch(outline.slot))
+    /// What has a key.
+    pub(crate) fn peek(&self, key: &K) -> Option<&Kept<K, V>> {
+        let slot = *self.by_key.get(key)?;
+        self.slots.get(slot as usize)
+    }
+
+    /// What another frame used, if it is kept still; it stays for this frame.
+    pub(crate) fn revive(&mut self, kept: KeptRef) -> Option<KeptRef> {
+        let is_kept = self.kept(kept).is_some();
+        is_kept.then(|| self.touch(kept.slot))
     }
 
     /// What is kept by this name.
-    pub(crate) fn kept(&self, outline: OutlineRef) -> Option<&KeptOutline> {
-        let kept = &self.slots[outline.slot as usize];
-        (kept.generation == outline.generation).then_some(kept)
+    pub(crate) fn kept(&self, name: KeptRef) -> Option<&Kept<K, V>> {
+        let kept = &self.slots[name.slot as usize];
+        (kept.generation == name.generation).then_some(kept)
     }
 
-    /// Makes room for an outline of so many texels; `None` where all that is kept is used in this frame.
-    pub(crate) fn insert(
-        &mut self,
-        key: CellKey,
-        middle: Bearing,
-        texels: u32,
-        points: u32,
-    ) -> Option<OutlineRef> {
-        let order = order_for(texels);
+    /// Makes room for so many elements; `None` where all that is kept is used in this frame.
+    pub(crate) fn insert(&mut self, key: K, length: u32, value: V) -> Option<KeptRef> {
+        let order = order_for(length);
         let start = loop {
             if let Some(start) = self.blocks.take(order) {
                 break start;
             }
             self.drop_oldest()?;
         };
-        let kept = KeptOutline {
+        let kept = Kept {
             key,
+            value,
             start,
-            points,
-            middle,
             order,
             generation: 0,
             used: 0,
@@ -116,7 +112,7 @@ impl OutlineCache {
         let slot = match self.unused.pop() {
             Some(slot) => {
                 let generation = self.slots[slot as usize].generation;
-                self.slots[slot as usize] = KeptOutline { generation, ..kept };
+                self.slots[slot as usize] = Kept { generation, ..kept };
                 slot
             }
             None => {
@@ -129,18 +125,18 @@ impl OutlineCache {
         Some(self.touch(slot))
     }
 
-    fn touch(&mut self, slot: u32) -> OutlineRef {
+    fn touch(&mut self, slot: u32) -> KeptRef {
         self.unlink(slot);
         self.link(slot);
         let kept = &mut self.slots[slot as usize];
         kept.used = self.frame;
-        OutlineRef {
+        KeptRef {
             slot,
             generation: kept.generation,
         }
     }
 
-    /// Makes the outline that was used longest ago go; `None` where that is in this frame.
+    /// Makes what was used longest ago go; `None` where that is in this frame.
     fn drop_oldest(&mut self) -> Option<()> {
         let slot = self.oldest;
         let kept = self.slots.get(slot as usize)?;
@@ -169,7 +165,7 @@ impl OutlineCache {
     }
 
     fn unlink(&mut self, slot: u32) {
-        let KeptOutline { newer, older, .. } = self.slots[slot as usize];
+        let Kept { newer, older, .. } = self.slots[slot as usize];
         match newer {
             NONE => self.newest = older,
             _ => self.slots[newer as usize].older = older,
@@ -185,43 +181,26 @@ impl OutlineCache {
 mod tests {
     use super::*;
     use crate::blocks::SMALLEST;
-    use glam::DVec3;
-
-    const MIDDLE: Bearing = Bearing {
-        direction: DVec3::Z,
-        rim_angle: 0.1,
-    };
-
-    fn key(k: u64) -> CellKey {
-        CellKey {
-            asset: 0,
-            size: 5,
-            place: [k, 0, 0, 0],
-        }
-    }
 
     #[test]
     fn what_was_used_longest_ago_goes_first() {
-        let mut cache = OutlineCache::new(4 * SMALLEST);
+        let mut cache = BlockCache::new(4 * SMALLEST);
         cache.begin_frame();
-        let first = (0..4).map(|k| cache.insert(key(k), MIDDLE, SMALLEST, 9).unwrap());
-        let first: Vec<OutlineRef> = first.collect();
-        assert!(
-            cache.insert(key(9), MIDDLE, 1, 9).is_none(),
-            "all are in use"
-        );
+        let first = (0..4).map(|k| cache.insert(k, SMALLEST, ()).unwrap());
+        let first: Vec<KeptRef> = first.collect();
+        assert!(cache.insert(9, 1, ()).is_none(), "all are in use");
         cache.begin_frame();
-        assert_eq!(cache.find(&key(0)), Some(first[0]));
-        let new = cache.insert(key(9), MIDDLE, 1, 9).unwrap();
-        assert_eq!(cache.find(&key(1)), None);
+        assert_eq!(cache.find(&0), Some(first[0]));
+        let new = cache.insert(9, 1, ()).unwrap();
+        assert_eq!(cache.find(&1), None);
         assert!(cache.kept(first[1]).is_none() && cache.revive(first[1]).is_none());
-        assert_eq!(cache.find(&key(9)), Some(new));
+        assert_eq!(cache.find(&9), Some(new));
         assert_eq!(cache.revive(first[2]), Some(first[2]));
         // Two neighbours are needed, and one of them is in use: more goes until there is room, or nothing is left to go.
-        assert!(cache.insert(key(10), MIDDLE, 2 * SMALLEST, 9).is_none());
+        assert!(cache.insert(10, 2 * SMALLEST, ()).is_none());
         assert_eq!(cache.len(), 3);
         cache.begin_frame();
-        assert!(cache.insert(key(10), MIDDLE, 4 * SMALLEST, 9).is_some());
+        assert!(cache.insert(10, 4 * SMALLEST, ()).is_some());
         assert_eq!(cache.len(), 1);
     }
 }

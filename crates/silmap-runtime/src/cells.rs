@@ -25,16 +25,19 @@ const LARGEST_SINE: f64 = 0.9999;
 /// None is farther away: rays are parallel, as far as single precision tells.
 const SMALLEST_SINE: f64 = 1e-4;
 
-/// Sizes on the screen, powers of two: radius of the bounding sphere in pixels.
-const SMALLEST_SIZE: u8 = 2;
-const LARGEST_SIZE: u8 = 13;
+/// Sizes on the screen, powers of the root of two: radius of the bounding sphere in pixels.
+const SMALLEST_SIZE: u8 = 4;
+const LARGEST_SIZE: u8 = 26;
+
+/// By how much the sizes of a class differ at most.
+pub(crate) const SIZE_STEP: f64 = std::f64::consts::SQRT_2;
 
 /// Names a cell, or one eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct CellKey {
     /// Number of the asset.
     pub(crate) asset: u64,
-    /// Size on the screen; what it is a power of two of.
+    /// Size on the screen; what power of [`SIZE_STEP`] it is.
     pub(crate) size: u8,
     /// Of the cell, or of the eye's coordinates.
     pub(crate) place: [u64; 4],
@@ -123,7 +126,7 @@ impl Cell {
     /// The cell that an eye is in; at an error of zero a cell of its own.
     pub(crate) fn of(asset: u64, bearing: Bearing, radius_px: f64, error: &ReuseError) -> Self {
         let size = size_class(radius_px);
-        let radius_px = f64::from(1_u32 << size);
+        let radius_px = SIZE_STEP.powi(size.into());
         if error.allowed_px <= 0.0 {
             let d = bearing.direction;
             let place = [d.x, d.y, d.z, bearing.rim_angle].map(f64::to_bits);
@@ -153,16 +156,16 @@ impl Cell {
     }
 }
 
-/// The smallest power of two that is no less.
+/// The smallest power of [`SIZE_STEP`] that is no less.
 fn size_class(radius_px: f64) -> u8 {
-    let power = radius_px.max(1.0).log2().ceil();
+    let power = (radius_px.max(1.0).log2() / SIZE_STEP.log2()).ceil();
     // Not more than `LARGEST_SIZE` even where the sphere fills the picture and more.
     (power.min(f64::from(LARGEST_SIZE)) as u8).max(SMALLEST_SIZE)
 }
 
 /// The face of a cube that a direction passes through, the square of that face, and the direction to that square's middle. Squares
 /// are bounded by planes at equal angles, no more than `radius` from their middle to a corner.
-fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], DVec3) {
+pub(crate) fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], DVec3) {
     let magnitude = direction.abs();
     let axis = if magnitude.x >= magnitude.y && magnitude.x >= magnitude.z {
         0

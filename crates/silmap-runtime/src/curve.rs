@@ -7,33 +7,31 @@
 //! | 1 | points, bands, cells a side, 0 |
 //! | 1 | where bands, edges and cells begin, counted from this outline's first texel; 0 |
 //! | 1 | right of the picture that it was sorted in (three floats), 0 |
-//! | one a point | place relative to the hull's origin (three floats); the number of its fan's apex, or [`NO_EDGE`] |
+//! | one a point | place relative to the hull's origin (three floats); its triangle, as [`packed_triangle`] has it, or [`NO_EDGE`] |
 //! | bands + 1, eight a texel | where a band's edges begin |
 //! | eight a texel | edges, by the number of their first point |
 //! | 64 a texel | cells, two bits each |
 //!
 //! Each loop ends with its first point again.
 //!
-//! Source: Gu et al., Silhouette Mapping, TR-1-99, sections 5 and 8.1: outlines are loops, loops are fans.
+//! Source: Gu et al., Silhouette Mapping, TR-1-99, sections 5 and 8.1: outlines are loops, loops are triangles.
 
 use glam::{DVec2, DVec3, DVec4, Vec4Swizzles};
 use silmap_geometry::Camera;
-use silmap_map::{InterpolateError, Interpolation, Loops, MapReader, SilhouetteMap};
+use silmap_map::{Loops, SeenLoops};
 
 use crate::bands::{BandParams, Bands};
 use crate::thin::Thinning;
+use crate::winding_triangles::{NO_EDGE, packed_triangle};
 
 /// Four integers of an outline.
 pub(crate) type Texel = [u32; 4];
-
-/// The apex of a point that begins no edge.
-pub(crate) const NO_EDGE: u32 = u32::MAX;
 
 /// Texels before the points.
 const HEADER: usize = 3;
 
 /// Room about the bounding sphere in the picture that an outline is sorted in.
-const ROOM: f64 = 1.02;
+pub(crate) const ROOM: f64 = 1.02;
 
 /// The picture of an eye that an outline is sorted in: the bounding sphere fills the square from −1 to 1, nearly. `outline_rows` of
 /// `shaders/outline.wgsl` makes the same for other eyes.
@@ -97,20 +95,10 @@ impl Frame {
 /// The points of an outline that begins with these texels, relative to the hull's origin, and whether an edge begins at each.
 pub(crate) fn points_of(texels: &[Texel]) -> impl Iterator<Item = (DVec3, bool)> + '_ {
     let points = texels[HEADER..].iter().take(texels[0][0] as usize);
-    points.map(|&[x, y, z, apex]| {
+    points.map(|&[x, y, z, triangle]| {
         let place = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
-        (DVec3::from(place), apex != NO_EDGE)
+        (DVec3::from(place), triangle != NO_EDGE)
     })
-}
-
-/// What an interpolated outline is asked for with.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CurveRequest<'a> {
-    pub(crate) map: &'a SilhouetteMap,
-    pub(crate) eye: DVec3,
-    /// Radius of the bounding sphere in the picture.
-    pub(crate) radius_px: f64,
-    pub(crate) how: Interpolation,
 }
 
 /// Builds outlines. Everything is kept between them.
@@ -122,10 +110,9 @@ pub(crate) struct CurveBuilder {
     /// Of a loop: where points are seen, and how deep.
     deep: Vec<DVec3>,
     points: Vec<DVec3>,
-    apexes: Vec<u32>,
+    triangles: Vec<u32>,
     is_edge: Vec<bool>,
     seen: Vec<DVec2>,
-    heights: Vec<(f64, u32)>,
     bands: Bands,
 }
 
@@ -135,21 +122,17 @@ impl CurveBuilder {
         self.loops.assign(loops);
     }
 
-    /// Takes the outline that a map has for an eye.
-    pub(crate) fn interpolate(
+    /// Takes an outline that a camera sees, which looks at the center of the sphere that holds the object.
+    pub(crate) fn assign_seen(
         &mut self,
-        reader: &mut MapReader,
-        request: &CurveRequest<'_>,
-    ) -> Result<(), InterpolateError> {
-        let map = request.map;
-        let side_px = (2.0 * ROOM * request.radius_px).ceil() as u32;
-        let size = (side_px, side_px);
-        let camera = Camera::fit_sphere(request.eye, map.center, map.radius, None, size)?;
-        reader.interpolate(map, &camera, request.how)?;
-        let middle = camera.depth(map.center);
-        let (nearest, farthest) = (middle - map.radius, middle + map.radius);
+        seen: &SeenLoops,
+        camera: &Camera,
+        (center, radius): (DVec3, f64),
+    ) {
+        let middle = camera.depth(center);
+        let (nearest, farthest) = (middle - radius, middle + radius);
         self.loops.clear();
-        for points in reader.seen_loops().iter() {
+        for points in seen.iter() {
             for p in points {
                 let depth = if p.z > 0.0 {
                     (1.0 / p.z).clamp(nearest, farthest)
@@ -161,7 +144,6 @@ impl CurveBuilder {
             }
             self.loops.close();
         }
-        Ok(())
     }
 
     /// Appends the texels of the outline to `texels`, its points relative to `origin`; returns the number of its points. `None`
@@ -197,9 +179,9 @@ impl CurveBuilder {
         Some(n_points as u32)
     }
 
-    /// Appends the texels that fans need, without bands and cells, which may be too few for what the stencil can count; returns the
+    /// Appends the texels that windings need, without bands and cells, which may be too few for what the stencil can count; returns the
     /// number of points.
-    pub(crate) fn encode_fans(
+    pub(crate) fn encode_windings(
         &mut self,
         frame: &Frame,
         origin: DVec3,
@@ -219,16 +201,16 @@ impl CurveBuilder {
         let bits = |v: DVec3| v.as_vec3().to_array().map(f32::to_bits);
         let [x, y, z] = bits(frame.right);
         texels.push([x, y, z, 0]);
-        for (point, &apex) in self.points.iter().zip(&self.apexes) {
+        for (point, &triangle) in self.points.iter().zip(&self.triangles) {
             let [x, y, z] = bits(point - origin);
-            texels.push([x, y, z, apex]);
+            texels.push([x, y, z, triangle]);
         }
     }
 
-    /// Lays out points with their fans' apexes: the point of median height, so that triangles are wide.
+    /// Lays out points with their triangles.
     fn close_loops(&mut self, frame: &Frame, sorting: &Sorting) {
         self.points.clear();
-        self.apexes.clear();
+        self.triangles.clear();
         self.is_edge.clear();
         self.seen.clear();
         for points in self.loops.iter() {
@@ -247,18 +229,11 @@ impl CurveBuilder {
             self.points.push(self.points[first as usize]);
             let seen = self.points[first as usize..].iter();
             self.seen.extend(seen.map(|&p| frame.project(p)));
-            self.heights.clear();
-            let heights = self.seen[first as usize..].iter().zip(first..);
-            self.heights.extend(heights.map(|(p, k)| (p.y, k)));
-            self.heights.pop();
-            let middle = self.heights.len() / 2;
-            let by_height =
-                |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-            let (_, &mut (_, apex), _) = self.heights.select_nth_unstable_by(middle, by_height);
-            let n_edges = self.heights.len();
-            self.apexes.extend((0..n_edges).map(|_| apex));
-            self.apexes.push(NO_EDGE);
-            self.is_edge.extend((0..n_edges).map(|_| true));
+            let count = self.points.len() as u32 - 1 - first;
+            let triangles = (0..count).map(|k| packed_triangle(k, count));
+            self.triangles.extend(triangles);
+            self.triangles.push(NO_EDGE);
+            self.is_edge.extend((0..count).map(|_| true));
             self.is_edge.push(false);
         }
     }
@@ -324,9 +299,9 @@ mod tests {
         assert_eq!((bands, edges), (12, 14));
         assert_eq!(texels.len(), cells + 2);
         let point = |k: usize| {
-            let [x, y, z, apex] = texels[3 + k];
+            let [x, y, z, triangle] = texels[3 + k];
             let place = [x, y, z].map(|b| f64::from(f32::from_bits(b)));
-            (DVec3::from(place) + origin, apex)
+            (DVec3::from(place) + origin, triangle)
         };
         let starts: Vec<u32> = (0..10)
             .map(|k| texels[bands + k / 8][k % 8 / 2] >> (16 * (k % 2)) & 0xffff)
@@ -335,11 +310,14 @@ mod tests {
         for (first, points) in [(0, &loops[0]), (4, &loops[1])] {
             let n = points.len();
             for k in 0..=n {
-                let (place, apex) = point(first + k);
+                let (place, triangle) = point(first + k);
                 assert!(place.distance(points[k % n]) < 1e-6);
-                assert_eq!(apex == NO_EDGE, k == n);
-                let is_own = (first..first + n).contains(&(apex as usize));
-                assert!(k == n || is_own, "{apex}");
+                let wanted = if k == n {
+                    NO_EDGE
+                } else {
+                    packed_triangle(k as u32, n as u32)
+                };
+                assert_eq!(triangle, wanted);
             }
         }
     }

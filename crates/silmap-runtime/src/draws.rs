@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
 use crate::batches::Batches;
+use crate::block_cache::KeptRef;
 use crate::cells::CellKey;
-use crate::outline_cache::OutlineRef;
 use crate::view::Rect;
 use crate::{Antialias, ClipBy, RendererOptions};
 
@@ -25,8 +25,8 @@ pub(crate) struct Record {
 /// A draw call; ranges are of records.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Draw {
-    /// Fans of at most so many edges into the stencil.
-    Fans { records: Range<u32>, edges: u32 },
+    /// Outlines of at most so many edges into the stencil.
+    Windings { records: Range<u32>, edges: u32 },
     /// The same again, to leave the stencil as it was.
     Clear { records: Range<u32>, edges: u32 },
     /// Hulls of one asset, clipped.
@@ -47,10 +47,12 @@ pub(crate) struct Visible {
     pub(crate) rect: Rect,
     /// The cell of its own outline, where that has yet to be made.
     pub(crate) wanted: Option<CellKey>,
-    pub(crate) outline: Option<OutlineRef>,
+    pub(crate) outline: Option<KeptRef>,
     pub(crate) points: u32,
     pub(crate) batch: u32,
     pub(crate) order: u8,
+    /// Its turn, of all that are in the picture.
+    pub(crate) rank: u32,
 }
 
 /// Puts instances into an order.
@@ -74,13 +76,23 @@ impl DrawOrder {
 
     /// Puts instances into an order and makes draw calls of them.
     pub(crate) fn put(&mut self, all: &mut [Visible], size_px: DVec2, draws: &mut Vec<Draw>) {
+        // Where there is depth, what is nearer goes first: what it hides need not be shaded. What is blended goes from back to front.
+        let is_blended = self.is_soft || !self.has_depth;
         all.sort_unstable_by(|a, b| {
-            let farther_first = b.depth.total_cmp(&a.depth);
-            farther_first.then(a.instance.cmp(&b.instance))
+            let by_depth = a.depth.total_cmp(&b.depth);
+            let by_depth = if is_blended {
+                by_depth.reverse()
+            } else {
+                by_depth
+            };
+            by_depth.then(a.instance.cmp(&b.instance))
         });
+        for (rank, visible) in (0..).zip(&mut *all) {
+            visible.rank = rank;
+        }
         match self.clip {
             ClipBy::Stencil => self.put_stencil(all, size_px, draws),
-            ClipBy::Coverage => self.put_coverage(all, draws),
+            ClipBy::Coverage => self.put_coverage(all, is_blended, draws),
         }
     }
 
@@ -94,7 +106,7 @@ impl DrawOrder {
                 1 + self.batches.add(&visible.rect)
             };
         }
-        let group = |v: &Visible| (v.batch, v.asset, v.order, v.instance);
+        let group = |v: &Visible| (v.batch, v.asset, v.order, v.rank);
         all.sort_unstable_by_key(group);
         let mut start = 0;
         for batch in all.chunk_by(|a, b| a.batch == b.batch) {
@@ -105,7 +117,7 @@ impl DrawOrder {
             for run in runs.clone().filter(|_| !is_whole) {
                 let end = at + run.len() as u32;
                 let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
-                draws.push(Draw::Fans {
+                draws.push(Draw::Windings {
                     records: at..end,
                     edges,
                 });
@@ -135,15 +147,9 @@ impl DrawOrder {
         }
     }
 
-    fn put_coverage(&self, all: &mut [Visible], draws: &mut Vec<Draw>) {
-        // What is blended goes from back to front; what is not, one asset after the other, from front to back.
-        let is_blended = self.is_soft || !self.has_depth;
+    fn put_coverage(&self, all: &mut [Visible], is_blended: bool, draws: &mut Vec<Draw>) {
         if !is_blended {
-            all.sort_unstable_by(|a, b| {
-                let by_depth = a.depth.total_cmp(&b.depth);
-                let by_asset = a.asset.cmp(&b.asset);
-                by_asset.then(by_depth).then(a.instance.cmp(&b.instance))
-            });
+            all.sort_unstable_by_key(|v| (v.asset, v.rank));
         }
         let mut start = 0;
         for run in all.chunk_by(|a, b| a.asset == b.asset) {

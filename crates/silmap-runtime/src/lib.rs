@@ -9,6 +9,7 @@
 mod asset;
 mod bands;
 mod batches;
+mod block_cache;
 mod blocks;
 mod cells;
 mod curve;
@@ -17,14 +18,15 @@ mod instance;
 mod interpolate;
 mod light;
 mod options;
-mod outline_cache;
 mod pipelines;
 mod plan;
+mod polytope_cache;
 mod renderer;
 pub mod shaders;
 mod textures;
 mod thin;
 mod view;
+mod winding_triangles;
 
 pub use asset::LoadedAsset;
 pub use instance::{Instance, Outline, Paint, SpaceLoops, Transform, TransformError};

@@ -72,6 +72,9 @@ pub struct RendererOptions {
     pub outlines_per_frame: usize,
     /// Memory on the device for outlines, in bytes.
     pub outline_bytes: u64,
+    /// Memory of the program for outlines seen from the polytope of views, in bytes: those of eyes off it are put together from them. At
+    /// zero each is interpolated as often as it is needed; pictures are the same.
+    pub polytope_bytes: u64,
 }
 
 impl RendererOptions {
@@ -96,7 +99,8 @@ impl RendererOptions {
             method: None,
             reuse_error_px: 0.25,
             outlines_per_frame: 32,
-            outline_bytes: 16 << 20,
+            outline_bytes: 32 << 20,
+            polytope_bytes: 32 << 20,
         }
     }
 }

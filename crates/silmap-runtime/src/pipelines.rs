@@ -190,7 +190,7 @@ enum DepthTest {
 #[derive(Debug)]
 pub(crate) struct Pipelines {
     /// For outlines in the stencil.
-    pub(crate) fans: Option<(wgpu::RenderPipeline, wgpu::RenderPipeline)>,
+    pub(crate) windings: Option<(wgpu::RenderPipeline, wgpu::RenderPipeline)>,
     pub(crate) hulls: wgpu::RenderPipeline,
     /// Pixels covered in part, where those are drawn apart.
     pub(crate) borders: Option<wgpu::RenderPipeline>,
@@ -249,8 +249,8 @@ impl Pipelines {
                 ..hull
             },
         };
-        let fans = Kind {
-            shader: shaders::FANS,
+        let windings = Kind {
+            shader: shaders::WINDINGS,
             has_corners: false,
             stencil: Stencil::Count,
             writes_depth: false,
@@ -270,7 +270,7 @@ impl Pipelines {
         };
         let clear = Kind {
             stencil: Stencil::Clear,
-            ..fans
+            ..windings
         };
         let border = Kind {
             shader: shaders::HULL_SOFT_BORDER,
@@ -280,7 +280,7 @@ impl Pipelines {
             ..hull
         };
         Self {
-            fans: is_stencil.then(|| (make(&fans), make(&clear))),
+            windings: is_stencil.then(|| (make(&windings), make(&clear))),
             hulls: make(&clipped),
             borders: (is_soft && has_depth).then(|| make(&border)),
             whole: make(&hull),

@@ -8,12 +8,12 @@ use glam::{DVec2, DVec3, DVec4, Mat4, Vec4Swizzles};
 use silmap_geometry::Loop;
 
 use crate::asset::AssetData;
-use crate::cells::{Bearing, Cell, ReuseError};
+use crate::block_cache::{BlockCache, KeptRef};
+use crate::cells::{Bearing, Cell, CellKey, ReuseError};
 use crate::curve::{Frame, Texel, points_of};
 use crate::draws::{Draw, DrawOrder, Record, Visible};
 use crate::instance::{Instance, Outline};
-use crate::interpolate::{HowToMake, Wanted, Worker, make_all, sorting_of, worker_count};
-use crate::outline_cache::{OutlineCache, OutlineRef};
+use crate::interpolate::{HowToMake, Maker, Wanted, sorting_of};
 use crate::view::{Eye, Rect, View};
 use crate::{PrepareError, RendererOptions};
 
@@ -50,16 +50,24 @@ pub(crate) struct Upload {
 #[derive(Clone, Copy, Debug)]
 struct Before {
     asset: u64,
-    outline: OutlineRef,
+    outline: KeptRef,
+}
+
+/// What is known of an outline that is kept.
+#[derive(Clone, Copy, Debug)]
+struct KeptOutline {
+    /// Its points.
+    points: u32,
+    /// The eye it was made for.
+    middle: Bearing,
 }
 
 /// What frames are planned with.
 #[derive(Debug)]
 pub(crate) struct Plan {
     most_made: usize,
-    how: HowToMake,
-    cache: OutlineCache,
-    workers: Vec<Worker>,
+    cache: BlockCache<CellKey, KeptOutline>,
+    maker: Maker,
     wanted: Vec<Wanted>,
     visible: Vec<Visible>,
     before: Vec<Option<Before>>,
@@ -99,17 +107,17 @@ fn record_sphere(asset: &AssetData, (center, radius): (DVec3, f64)) -> [f32; 4] 
 
 impl Plan {
     pub(crate) fn new(options: &RendererOptions, texels: u32) -> Self {
+        let how = HowToMake {
+            clip: options.clip,
+            method: options.method,
+            error: ReuseError {
+                allowed_px: options.reuse_error_px,
+            },
+        };
         Self {
             most_made: options.outlines_per_frame,
-            how: HowToMake {
-                clip: options.clip,
-                method: options.method,
-                error: ReuseError {
-                    allowed_px: options.reuse_error_px,
-                },
-            },
-            cache: OutlineCache::new(texels),
-            workers: (0..worker_count()).map(|_| Worker::default()).collect(),
+            cache: BlockCache::new(texels),
+            maker: Maker::new(how, options.polytope_bytes),
             wanted: Vec::new(),
             visible: Vec::new(),
             before: Vec::new(),
@@ -126,7 +134,7 @@ impl Plan {
 
     /// Texels of an upload.
     pub(crate) fn texels(&self, upload: &Upload) -> &[Texel] {
-        &self.workers[upload.worker].texels[upload.texels.clone()]
+        &self.maker.workers[upload.worker].texels[upload.texels.clone()]
     }
 
     /// The loops that an instance is clipped to, in pixels; `None` where it is not drawn or drawn whole.
@@ -183,10 +191,7 @@ impl Plan {
         self.draws.clear();
         self.uploads.clear();
         self.stats = FrameStats::default();
-        for worker in &mut self.workers {
-            worker.texels.clear();
-            worker.made.clear();
-        }
+        self.maker.clear();
     }
 
     /// Takes an instance that is in the picture, and notes which outline it wants.
@@ -230,6 +235,7 @@ impl Plan {
             points: 0,
             batch: 0,
             order: 0,
+            rank: 0,
         };
         match instance.outline {
             Outline::Whole => {}
@@ -261,7 +267,7 @@ impl Plan {
         };
         // The rectangle is that of the hull's sphere, which is the larger one.
         let radius_px = visible.rect.radius_px(eye.size_px) * map.radius / (asset.radius * ROOM);
-        let error = self.how.error;
+        let error = self.maker.how.error;
         let cell = Cell::of(asset.id, bearing, radius_px, &error);
         if let Some(outline) = self.cache.find(&cell.key) {
             visible.outline = Some(outline);
@@ -275,7 +281,8 @@ impl Plan {
         // What it had may serve until its turn comes.
         let before = self.before[visible.instance].filter(|b| b.asset == asset.id);
         let kept = before.and_then(|b| Some((b.outline, self.cache.kept(b.outline)?)));
-        let off_px = kept.map(|(_, k)| error.bound_px(k.middle.angle_to(&bearing), radius_px));
+        let off_px =
+            kept.map(|(_, k)| error.bound_px(k.value.middle.angle_to(&bearing), radius_px));
         if let (Some((outline, _)), Some(off_px)) = (kept, off_px)
             && off_px <= 2.0 * error.allowed_px
         {
@@ -299,18 +306,18 @@ impl Plan {
         (place, (center, radius)): (DVec4, (DVec3, f64)),
         loops: impl Iterator<Item = &'l [DVec3]>,
         (rect, eye): (&Rect, &Eye),
-    ) -> Option<OutlineRef> {
+    ) -> Option<KeptRef> {
         let bearing = Bearing::new(place, center, radius)?;
         let radius_px = rect.radius_px(eye.size_px);
         let exact = ReuseError { allowed_px: 0.0 };
         let mut cell = Cell::of(GIVEN, bearing, radius_px, &exact);
         cell.key.place = [self.frame, k as u64, 0, 0];
-        let worker = self.workers.first_mut()?;
+        let worker = self.maker.workers.first_mut()?;
         let start = worker.texels.len();
         worker.builder.assign(loops);
         let frame = Frame::new(place, center, radius);
         let sorting = sorting_of(&cell, &exact);
-        let points = worker.encode(self.how.clip, &frame, asset.origin, &sorting)?;
+        let points = worker.encode(self.maker.how.clip, &frame, asset.origin, &sorting)?;
         let texels = start..worker.texels.len();
         self.keep(&cell, 0, texels, points)
     }
@@ -322,12 +329,14 @@ impl Plan {
         worker: usize,
         texels: Range<usize>,
         points: u32,
-    ) -> Option<OutlineRef> {
+    ) -> Option<KeptRef> {
         let count = texels.len().max(1) as u32;
-        let kept = self.cache.insert(cell.key, cell.middle, count, points)?;
+        let middle = cell.middle;
+        let kept = KeptOutline { points, middle };
+        let kept = self.cache.insert(cell.key, count, kept)?;
         let to = self.cache.kept(kept)?.start;
         if !texels.is_empty() {
-            let made = &self.workers[worker].texels[texels.clone()];
+            let made = &self.maker.workers[worker].texels[texels.clone()];
             self.texels[to as usize..][..made.len()].copy_from_slice(made);
             self.uploads.push(Upload { worker, texels, to });
         }
@@ -353,11 +362,11 @@ impl Plan {
         self.wanted.truncate(made);
         // Neighbours one after the other: they read the same views.
         self.wanted.sort_unstable_by_key(by_key);
-        make_all(&mut self.workers, &self.wanted, &self.how);
+        self.maker.make_all(&self.wanted);
         self.stats.interpolated = made;
-        for worker in 0..self.workers.len() {
-            for k in 0..self.workers[worker].made.len() {
-                let made = self.workers[worker].made[k].clone();
+        for worker in 0..self.maker.workers.len() {
+            for k in 0..self.maker.workers[worker].made.len() {
+                let made = self.maker.workers[worker].made[k].clone();
                 self.keep(&made.cell, worker, made.texels, made.points);
             }
         }
@@ -379,9 +388,9 @@ impl Plan {
                 }
             }
             if let Some(kept) = visible.outline.and_then(|o| self.cache.kept(o)) {
-                visible.points = kept.points;
+                visible.points = kept.value.points;
                 visible.record.outline[0] = kept.start;
-                visible.record.outline[1] = kept.points;
+                visible.record.outline[1] = kept.value.points;
             }
             visible.order = visible.points.max(1).next_power_of_two().trailing_zeros() as u8;
             self.stats.whole += usize::from(visible.points == 0);

@@ -206,12 +206,12 @@ impl Renderer {
         };
         for draw in &self.plan.draws {
             match draw {
-                Draw::Fans { records, edges } | Draw::Clear { records, edges } => {
-                    let Some((fans, clear)) = &self.pipelines.fans else {
+                Draw::Windings { records, edges } | Draw::Clear { records, edges } => {
+                    let Some((windings, clear)) = &self.pipelines.windings else {
                         continue;
                     };
                     let is_clear = matches!(draw, Draw::Clear { .. });
-                    pass.set_pipeline(if is_clear { clear } else { fans });
+                    pass.set_pipeline(if is_clear { clear } else { windings });
                     pass.set_vertex_buffer(0, slice(records));
                     pass.draw(0..3 * edges, 0..records.end - records.start);
                 }

@@ -25,8 +25,8 @@ macro_rules! shaders {
 }
 
 shaders! {
-    /// Outlines as fans, into the stencil.
-    FANS = "fans", web: true, after [OUTLINE, INSTANCE];
+    /// Outlines as triangles, into the stencil.
+    WINDINGS = "windings", web: true, after [OUTLINE, INSTANCE];
     /// The hull.
     HULL = "hull", web: true, after [INSTANCE, PAINT, PLAIN, COLOUR];
     /// Its depth.
