@@ -9,7 +9,9 @@ use silmap_geometry::lighting::{linear_from_srgb, srgb_from_linear};
 use silmap_geometry::{Bounds, Camera, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::Asset;
-use silmap_study::{Antialias, FrameParams, Mode, Paint, PictureOptions, PictureRenderer};
+use silmap_study::{
+    Antialias, Background, FrameParams, Mode, Paint, PictureOptions, PictureRenderer,
+};
 use silmap_tests::{device, scene, view_weights};
 
 /// Side of the pictures.
@@ -211,4 +213,68 @@ fn the_picture_changes_in_proportion_to_the_step() {
         share > 0.8,
         "{small} is {share} of {large}: a pop goes unnoticed"
     );
+}
+
+/// A small picture shows what a large one shows, averaged: a fine chessboard is grey from afar, and no noise.
+#[test]
+fn small_pictures_show_averages() {
+    let Some(gpu) = device::open_or_skip() else {
+        return;
+    };
+    let mut asset = scene::asset(&gpu);
+    let side = 256;
+    let squares = (0..side * side).map(|k| (k % side + k / side) % 2);
+    let board = scene::png(&ColourImage {
+        width: side,
+        height: side,
+        rgba: squares
+            .flat_map(|is_white| {
+                [
+                    255 * is_white as u8,
+                    255 * is_white as u8,
+                    255 * is_white as u8,
+                    255,
+                ]
+            })
+            .collect(),
+    });
+    for view in &mut asset.textures.views {
+        view.image = board.clone();
+    }
+    // All of the hull, by one view.
+    asset.textures.visible_views.fill(1);
+    let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
+    renderer.load_asset(&gpu, &asset).unwrap();
+    let bounds = scene::model().bounds();
+    // How many of the hull's pixels are as bright as half of the light.
+    let mut grey = |side_px: u32| {
+        let eye = asset.textures.views[0].camera.eye;
+        let camera = scene::camera(
+            &bounds,
+            (eye - bounds.center).normalize_or_zero(),
+            4.0,
+            side_px,
+        );
+        let params = FrameParams {
+            paint: Paint::Nearest,
+            background: Background::Transparent,
+            ..scene::frame(camera, Mode::Textured, Antialias::None)
+        };
+        let picture = renderer.render(&gpu, &params).unwrap();
+        let pixels = picture.rgba.chunks_exact(4).filter(|p| p[3] == 255);
+        let (mut count, mut grey) = (0, 0);
+        for pixel in pixels {
+            count += 1;
+            grey += u32::from(pixel[0].abs_diff(188) < 24);
+        }
+        assert!(
+            count > side_px * side_px / 20,
+            "{count} pixels show the hull"
+        );
+        f64::from(grey) / f64::from(count)
+    };
+    let (small, large) = (grey(40), grey(1024));
+    assert!(small > 0.95, "{small} of the small picture is grey");
+    // Between white and black squares there is grey too.
+    assert!(large < 0.75, "{large} of the large one: there is no board");
 }

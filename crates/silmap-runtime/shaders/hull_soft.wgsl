@@ -5,11 +5,13 @@
 @fragment
 fn fs_main(fragment: Fragment) -> @location(0) vec4f {
     let covered = fragment_coverage(fragment);
+    // Before all branches, as its gradients need neighbours.
+    let colour = fragment_colour(fragment);
     if covered.share <= 0.0 {
         discard;
     }
     if covered.share < 1.0 {
         return vec4f(0.0);
     }
-    return vec4f(fragment_colour(fragment), 1.0);
+    return vec4f(colour, 1.0);
 }

@@ -17,6 +17,7 @@ mod draws;
 mod instance;
 mod interpolate;
 mod light;
+mod mips;
 mod options;
 mod pipelines;
 mod plan;

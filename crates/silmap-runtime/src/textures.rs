@@ -5,6 +5,7 @@ use silmap_gpu::wgpu;
 use silmap_map::{EncodedImage, TextureSet};
 
 use crate::LoadError;
+use crate::mips::{Halving, level_count};
 
 /// Texture views that a face's visibility bits can name; the length of the arrays in `shaders/paint.wgsl`.
 pub(crate) const MOST_VIEWS: usize = 64;
@@ -82,9 +83,16 @@ pub(crate) fn upload_views(
             limit: limit as usize,
         });
     }
-    let texture = make(device, "texture views", (first_width, first_height), layers)?;
-    for (layer, picture) in (0..).zip(&pictures) {
-        write(queue, &texture, layer, picture);
+    let size = (first_width, first_height);
+    let levels = level_count(first_width, first_height);
+    let texture = make(device, "texture views", size, (layers, levels))?;
+    let halving = Halving::new();
+    for (layer, mut picture) in (0..).zip(pictures) {
+        write(queue, &texture, (layer, 0), &picture);
+        for level in 1..levels {
+            picture = halving.half(&picture);
+            write(queue, &texture, (layer, level), &picture);
+        }
     }
     Ok(texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -92,14 +100,14 @@ pub(crate) fn upload_views(
     }))
 }
 
-/// One picture.
+/// One picture, without smaller versions: tiles of an atlas would run into each other.
 pub(crate) fn upload_picture(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     picture: &ColourImage,
 ) -> Result<wgpu::TextureView, LoadError> {
-    let texture = make(device, "atlas", (picture.width, picture.height), 1)?;
-    write(queue, &texture, 0, picture);
+    let texture = make(device, "atlas", (picture.width, picture.height), (1, 1))?;
+    write(queue, &texture, (0, 0), picture);
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
@@ -107,7 +115,7 @@ fn make(
     device: &wgpu::Device,
     label: &str,
     (width, height): (u32, u32),
-    layers: u32,
+    (layers, levels): (u32, u32),
 ) -> Result<wgpu::Texture, LoadError> {
     let limit = device.limits().max_texture_dimension_2d;
     if width.max(height) > limit {
@@ -124,7 +132,7 @@ fn make(
             height,
             depth_or_array_layers: layers,
         },
-        mip_level_count: 1,
+        mip_level_count: levels,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: FORMAT,
@@ -133,10 +141,16 @@ fn make(
     }))
 }
 
-/// Fills one layer of a texture with a picture of its size.
-fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, layer: u32, picture: &ColourImage) {
+/// Fills a layer of a texture, at a level, with a picture of its size.
+fn write(
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    (layer, level): (u32, u32),
+    picture: &ColourImage,
+) {
     let mut to = texture.as_image_copy();
     to.origin.z = layer;
+    to.mip_level = level;
     queue.write_texture(
         to,
         &picture.rgba,
