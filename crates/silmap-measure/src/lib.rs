@@ -39,7 +39,7 @@ pub use figures::{
 };
 pub use measure::{MeasureParams, Measured, measure};
 pub use painting::{Painting, painting};
-pub use scene::{CpuParts, OutlineErrorPx, SceneBench, SceneParams, SceneRow};
+pub use scene::{CpuParts, OutlineErrorPx, SceneBench, SceneParams, SceneResults, SceneRow};
 pub use subdivide::subdivide;
 pub use texture_errors::{
     ColourErrors, TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,

@@ -18,6 +18,7 @@ use silmap_runtime::{
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer};
 
 use crate::bench::picture_params;
+use crate::machine;
 use crate::median::median;
 use crate::{Deviation, MeasureError};
 use errors::{ExactOutlines, apart};
@@ -28,10 +29,12 @@ use stage::{COLOUR, DEPTH, FrameSeconds, Stage};
 mod errors;
 mod mesh_instances;
 mod place;
+mod results;
 mod stage;
 
 pub use errors::OutlineErrorPx;
 pub use place::SceneParams;
+pub use results::SceneResults;
 
 /// What is measured.
 #[derive(Debug)]
@@ -108,11 +111,11 @@ const LODS: [usize; 2] = [500, 5_000];
 const EQUAL_STEPS: usize = 7;
 
 impl SceneBench<'_> {
-    /// Measures all rows; also says whether the device's own clock was read.
+    /// Measures all rows.
     ///
     /// # Errors
     /// When interrupted, the asset cannot be drawn or the device fails.
-    pub fn run(&self, gpu: &Gpu) -> Result<(Vec<SceneRow>, bool), MeasureError> {
+    pub fn run(&self, gpu: &Gpu) -> Result<SceneResults, MeasureError> {
         let stage = Stage::new(gpu, self.params.side_px);
         let sphere = self.asset.map.bounding_sphere();
         let transforms = self.params.transforms(&sphere);
@@ -135,7 +138,12 @@ impl SceneBench<'_> {
         rows.push(scene.mesh("lod-equal-error".to_owned(), &equal)?);
         rows.extend([hull, stencil, coverage]);
         rows.push(scene.each_a_pass()?);
-        Ok((rows, stage.has_timestamps()))
+        let measured_on = (
+            gpu.adapter_name(),
+            machine::describe(),
+            stage.has_timestamps(),
+        );
+        Ok(SceneResults::new(&self.params, rows, measured_on))
     }
 }
 

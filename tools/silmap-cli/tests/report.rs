@@ -207,6 +207,47 @@ fn extraction_is_compared_on_request() {
     assert!(html.contains("As frames"));
 }
 
+/// Frames of many instances: each scene has a table, a plot and a sentence on what to take; the numbers are those of `bench`.
+#[test]
+fn scenes_are_drawn_as_the_benchmark_draws_them() {
+    let (made, folder) = (fixture(), scratch("report-scenes"));
+    let mut with_scene = arguments(&made.asset, &made.model, &folder);
+    with_scene.extend(["--scene", "many"]);
+    let ended = run(&with_scene);
+    assert_eq!(ended.code, 2);
+    assert!(ended.err.contains("a scene is NxPX"), "{}", ended.err);
+    if is_gpu_skipped() {
+        return;
+    }
+    *with_scene.last_mut().unwrap() = "3x80";
+    let ended = run(&with_scene);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let json = fs::read_to_string(folder.join("report.json")).unwrap();
+    let numbers: Value = serde_json::from_str(&json).unwrap();
+    let [scene] = numbers["scenes"].as_array().unwrap().as_slice() else {
+        panic!("one scene");
+    };
+    assert_eq!(
+        (number(scene, "/instances"), number(scene, "/pixels")),
+        (3.0, 80.0)
+    );
+    let names: Vec<&str> = (scene["rows"].as_array().unwrap().iter())
+        .map(|row| row["name"].as_str().unwrap())
+        .collect();
+    let wanted =
+        "full lod-500 lod-5000 lod-equal-error hull clipped-stencil clipped-coverage each-a-pass";
+    assert_eq!(names.join(" "), wanted);
+    let html = fs::read_to_string(folder.join("report.html")).unwrap();
+    for part in [
+        "Frames of many instances",
+        "3 of 80 pixels",
+        "Time of a frame over outline error",
+        "In this scene ",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+}
+
 #[test]
 fn errors_are_those_that_evaluate_measures() {
     let (made, folder) = (fixture(), scratch("report-as-evaluate"));

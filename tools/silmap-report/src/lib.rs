@@ -18,12 +18,13 @@ mod plot;
 mod png;
 mod polytope_picture;
 mod scale;
+mod scene_section;
 mod texture_section;
 mod words;
 
 use silmap_geometry::{ColourImage, TriangleMesh};
 use silmap_map::Asset;
-use silmap_measure::{Comparison, Measured};
+use silmap_measure::{Comparison, Measured, SceneResults};
 
 pub use comparison::numbers as comparison_numbers;
 
@@ -44,12 +45,14 @@ pub struct Report<'a> {
     pub rows: Vec<PictureRow>,
     /// Exact extraction beside it, where it was measured.
     pub comparison: Option<Comparison>,
+    /// Frames of many instances, as far as they were measured.
+    pub scenes: Vec<SceneResults>,
     /// More sentences on where and how this was measured.
     pub notes: Vec<String>,
 }
 
 impl<'a> Report<'a> {
-    /// What was measured of an asset and its model, without pictures, build times and comparison; a note says how the asset was made.
+    /// What was measured of an asset and its model, without pictures, build times, comparison and scenes; a note says how the asset was made.
     #[must_use]
     pub fn new(asset: &'a Asset, model: &'a TriangleMesh, measured: Measured) -> Self {
         let record = &asset.record;
@@ -61,6 +64,7 @@ impl<'a> Report<'a> {
             rows: Vec::new(),
             measured,
             comparison: None,
+            scenes: Vec::new(),
             notes: vec![format!(
                 "The asset was made by {} with {}.",
                 record.generator, record.options

@@ -75,6 +75,7 @@ pub(crate) fn numbers(report: &Report<'_>) -> Value {
             "measuring": report.measured.conditions.seconds,
         },
         "comparison": report.comparison.as_ref().map(crate::comparison::numbers),
+        "scenes": report.scenes,
         "conditions": {
             "machine": report.measured.conditions.machine,
             "threads": report.measured.conditions.threads,

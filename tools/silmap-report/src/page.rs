@@ -12,7 +12,7 @@ use crate::epipolar_picture::epipolar_pictures;
 use crate::polytope_picture::polytope_picture;
 use crate::texture_section::textures;
 use crate::words::{grouped, millis, percent, significant};
-use crate::{Picture, PictureRow, Report, charts, comparison, palette, png};
+use crate::{Picture, PictureRow, Report, charts, comparison, palette, png, scene_section};
 
 mod sizes;
 
@@ -53,6 +53,7 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                     (sizes(report))
                     (times(report))
                     @if let Some(comparison) = &report.comparison { (comparison::section(comparison)) }
+                    (scene_section::section(&report.scenes))
                     @if !report.notes.is_empty() {
                         section {
                             h2 { "Notes" }

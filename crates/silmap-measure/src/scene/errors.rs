@@ -20,9 +20,12 @@ pub struct OutlineErrorPx {
 
 impl OutlineErrorPx {
     pub(super) fn of(all: &[Deviation]) -> Self {
+        if all.is_empty() {
+            return Self::default();
+        }
         let largest = |of: fn(&Deviation) -> f64| all.iter().map(of).fold(0.0, f64::max);
         Self {
-            mean: all.iter().map(|d| d.mean_px).sum::<f64>() / all.len().max(1) as f64,
+            mean: all.iter().map(|d| d.mean_px).sum::<f64>() / all.len() as f64,
             largest: largest(|d| d.most_px),
             thickest: largest(|d| d.thickest_px),
         }

@@ -217,7 +217,8 @@ pub(crate) struct EvaluateArgs {
 #[command(after_help = "\
 Examples:
   silmap report bunny.glb --model bunny.ply --close-holes -o bunny-report
-  silmap report torus.glb --model torus.obj --viewpoints 50 --directions 200 -o quick --json")]
+  silmap report torus.glb --model torus.obj --viewpoints 50 --directions 200 -o quick --json
+  silmap report bunny.glb --model bunny.ply --close-holes --scene 100x200 --scene 1000x128 -o scenes")]
 pub(crate) struct ReportArgs {
     #[command(flatten)]
     pub(crate) compared: AssetOfModelArgs,
@@ -235,6 +236,9 @@ pub(crate) struct ReportArgs {
     /// Compare with exact extraction by every method and at several resolutions of the model; takes minutes
     #[arg(long)]
     pub(crate) comparison: bool,
+    /// Measure frames of N instances that are PX pixels wide, as bench --pixels does; repeatable; needs a graphics adapter
+    #[arg(long = "scene", value_name = "NxPX", value_parser = parse_scene)]
+    pub(crate) scenes: Vec<(u32, f64)>,
     /// How many of the worst viewpoints of the best method to show
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(0..=100))]
     pub(crate) worst: u32,
@@ -242,4 +246,17 @@ pub(crate) struct ReportArgs {
     pub(crate) pool: PoolArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
+}
+
+/// A scene: instances, and pixels across each.
+fn parse_scene(text: &str) -> Result<(u32, f64), String> {
+    const MOST: u32 = 10_000;
+    text.split_once(['x', 'X', '×'])
+        .and_then(|(count, pixels)| Some((count.trim().parse().ok()?, pixels.trim().parse().ok()?)))
+        .filter(|&(count, pixels): &(u32, f64)| {
+            (1..=MOST).contains(&count) && pixels.is_finite() && pixels > 0.0
+        })
+        .ok_or_else(|| {
+            format!("a scene is NxPX, 1 to {MOST} instances and their pixels, such as 1000x128")
+        })
 }

@@ -8,7 +8,9 @@ use silmap_exact::{ExtractionMethod, SimplifyParams, Viewpoint, simplify, walk_a
 use silmap_geometry::Camera;
 use silmap_gpu::Gpu;
 use silmap_map::{Asset, asset};
-use silmap_measure::{Bench, Row, SceneBench, SceneParams, SceneRow, compare, machine, subdivide};
+use silmap_measure::{
+    Bench, Row, SceneBench, SceneParams, SceneResults, compare, machine, subdivide,
+};
 use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::BuildParams;
 
@@ -113,20 +115,6 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
     output::print_bytes(table(&result).as_bytes())
 }
 
-#[derive(Serialize)]
-struct SceneJson {
-    adapter: String,
-    timing: &'static str,
-    machine: String,
-    instances: u32,
-    pixels: f64,
-    side_px: u32,
-    is_walking: bool,
-    rows: Vec<SceneRow>,
-    /// How many times longer the device takes than for the hull clipped by the stencil.
-    ratios: serde_json::Map<String, serde_json::Value>,
-}
-
 /// One scene in one pass.
 fn scene(
     args: &BenchArgs,
@@ -145,7 +133,7 @@ fn scene(
         is_still: args.still,
         frames: args.repeat as usize,
     };
-    let (rows, has_timestamps) = Progress::new()
+    let result = Progress::new()
         .watch(|watch| {
             let bench = SceneBench {
                 full: &full,
@@ -157,24 +145,6 @@ fn scene(
             bench.run(gpu)
         })
         .with_context(named)?;
-    let clipped = rows.iter().find(|r| r.name == "clipped-stencil");
-    let clipped = clipped.map_or(0.0, |r| r.seconds_median);
-    let result = SceneJson {
-        adapter: gpu.adapter_name(),
-        timing: timing(has_timestamps),
-        machine: machine::describe(),
-        instances: args.instances,
-        pixels,
-        side_px: args.size.width,
-        is_walking: !args.still,
-        ratios: (rows.iter())
-            .map(|row| {
-                let name = format!("{}/clipped-stencil", row.name);
-                (name, (row.seconds_median / clipped).into())
-            })
-            .collect(),
-        rows,
-    };
     if args.output.json {
         return output::print_json(&result);
     }
@@ -189,7 +159,7 @@ fn timing(has_timestamps: bool) -> &'static str {
     }
 }
 
-fn scene_table(result: &SceneJson) -> String {
+fn scene_table(result: &SceneResults) -> String {
     let mut text = format!(
         "{} instances of {} px on {} px, drawn by {}, device timed by {}\n\
          {:<18} {:>8} {:>10} {:>8} {:>8} {:>9} {:>9} {:>9} {:>10}\n",
@@ -222,6 +192,9 @@ fn scene_table(result: &SceneJson) -> String {
             error.largest,
             row.bytes,
         ));
+    }
+    if let Some(advice) = result.advice() {
+        text.push_str(&format!("{advice}\n"));
     }
     text
 }

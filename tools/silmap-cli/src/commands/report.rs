@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use serde::Serialize;
-use silmap_measure::{MeasureError, MeasureParams, compare, measure};
+use silmap_map::asset;
+use silmap_measure::{MeasureError, MeasureParams, SceneBench, SceneParams, compare, measure};
 use silmap_report::Report;
 
 use crate::args::ReportArgs;
@@ -17,6 +18,10 @@ use crate::progress::Progress;
 /// The page and the numbers in the folder.
 const PAGE: &str = "report.html";
 const NUMBERS: &str = "report.json";
+
+/// Pictures of scenes, and how many frames are timed.
+const SCENE_SIDE_PX: u32 = 2048;
+const SCENE_FRAMES: usize = 12;
 
 #[derive(Serialize)]
 struct ReportJson {
@@ -31,19 +36,47 @@ pub(crate) fn run(args: &ReportArgs) -> anyhow::Result<()> {
     let (asset, bytes) = read_asset(&args.compared.asset)?;
     let model = load_model_of(&asset, &args.compared.model, args.compared.mending)?;
     let params = params_from_args(args);
-    let gpu = open_gpu().ok();
-    let (measured, comparison) = Progress::new()
+    let sizes = asset::sizes(&bytes).with_context(|| args.compared.asset.display().to_string())?;
+    // Only scenes cannot do without.
+    let gpu = if args.scenes.is_empty() {
+        open_gpu().ok()
+    } else {
+        Some(open_gpu()?)
+    };
+    let (measured, comparison, scenes) = Progress::new()
         .watch(|watch| {
             let how = (&params, gpu.as_ref());
             let measured = measure(&asset, &bytes, &model.mesh, how, watch)?;
             let comparison = (args.comparison)
                 .then(|| compare(&asset, &bytes, &model.mesh, gpu.as_ref(), watch))
                 .transpose()?;
-            Ok::<_, MeasureError>((measured, comparison))
+            let scenes = gpu
+                .iter()
+                .flat_map(|gpu| args.scenes.iter().map(move |scene| (gpu, scene)));
+            let scenes = scenes
+                .map(|(gpu, &(instances, pixels))| {
+                    let bench = SceneBench {
+                        full: model.mesh.mesh(),
+                        asset: &asset,
+                        sizes,
+                        params: SceneParams {
+                            instances: instances as usize,
+                            pixels,
+                            side_px: SCENE_SIDE_PX,
+                            is_still: false,
+                            frames: SCENE_FRAMES,
+                        },
+                        watch,
+                    };
+                    bench.run(gpu)
+                })
+                .collect::<Result<Vec<_>, _>>()?;
+            Ok::<_, MeasureError>((measured, comparison, scenes))
         })
         .with_context(|| args.compared.asset.display().to_string())?;
     let report = Report {
         comparison,
+        scenes,
         ..Report::new(&asset, model.mesh.mesh(), measured)
     };
     let (html, json) = (silmap_report::html(&report), silmap_report::json(&report));

@@ -131,6 +131,7 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
                 },
             }],
         }],
+        scenes: Vec::new(),
         comparison: None,
         notes: vec!["A note.".to_owned()],
     }
