@@ -1,89 +1,16 @@
 //! Making the outlines that a frame needs and does not have, on all cores where there are threads.
 
-use std::ops::Range;
 use std::sync::Arc;
 
-use glam::DVec3;
-use silmap_geometry::{Camera, CameraError};
-use silmap_map::{Detail, Interpolation, MapReader, Method, PolytopeOutline, Transfer};
+use silmap_map::MapReader;
 
-use crate::ClipBy;
 use crate::asset::AssetData;
-use crate::bands::BandParams;
-use crate::cells::{Cell, ReuseError, SIZE_STEP};
-use crate::curve::{CurveBuilder, Frame, ROOM, Sorting, Texel};
-use crate::polytope_cache::{Aim, PointKey, PolytopeCache};
-
-/// An outline to be made.
-#[derive(Clone, Debug)]
-pub(crate) struct Wanted {
-    pub(crate) asset: Arc<AssetData>,
-    pub(crate) cell: Cell,
-    /// How far off what there is would be, in pixels; infinite where there is nothing.
-    pub(crate) urgency_px: f64,
-}
-
-/// An outline that was made: where its texels are, and how many points it has; no points where there is no outline.
-#[derive(Clone, Debug)]
-pub(crate) struct Made {
-    pub(crate) cell: Cell,
-    pub(crate) texels: Range<usize>,
-    pub(crate) points: u32,
-}
-
-/// Buffers of one thread.
-#[derive(Debug, Default)]
-pub(crate) struct Worker {
-    pub(crate) builder: CurveBuilder,
-    pub(crate) texels: Vec<Texel>,
-    pub(crate) made: Vec<Made>,
-    /// Outlines seen from the polytope that were made, packed.
-    rows: Vec<[f32; 4]>,
-    made_rows: Vec<(PointKey, Range<usize>)>,
-    /// What the sectors of an outline look at.
-    sectors: Vec<PolytopeOutline>,
-}
-
-/// What all outlines are made by.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct HowToMake {
-    pub(crate) clip: ClipBy,
-    pub(crate) method: Option<Method>,
-    pub(crate) error: ReuseError,
-}
+use crate::polytope_cache::{Aim, PolytopeCache};
+use crate::worker::{HowToMake, Wanted, Worker, camera_of, how_of};
 
 /// Fewest outlines that are worth waking a thread for.
 #[cfg(not(target_arch = "wasm32"))]
 const FEWEST_A_THREAD: usize = 4;
-
-/// Pixels beyond the outline that coverage and rounding reach.
-const BEYOND_PX: f64 = 1.5;
-
-/// Up to this radius in pixels an outline is interpolated for the point of the polytope that faces the eye alone: on the bunny it is off
-/// by 0.06 pixels on average then, for 0.03, in a fifth of the time.
-const FACING_PX: f64 = 16.0;
-
-/// How far points that are left out may be from the outline, pixels, where it need not be exact.
-const THINNED_PX: f64 = 0.1;
-
-/// How finely a cell's outline is sorted: it may move by as much as the eye does within twice the cell, and pictures may be smaller by
-/// [`SIZE_STEP`] than the largest.
-pub(crate) fn sorting_of(cell: &Cell, error: &ReuseError) -> Sorting {
-    let turn = if error.allowed_px > 0.0 {
-        let twice = ReuseError {
-            allowed_px: 2.0 * error.allowed_px,
-        };
-        twice.reach(cell.radius_px).sin()
-    } else {
-        0.0
-    };
-    let smallest_px = cell.radius_px / SIZE_STEP;
-    Sorting {
-        bands: BandParams::for_size(2.0 * cell.radius_px, turn + BEYOND_PX / smallest_px),
-        tolerance: THINNED_PX.min(0.5 * error.allowed_px) / cell.radius_px,
-        turn,
-    }
-}
 
 /// Makes outlines; what it has made of views it keeps.
 #[derive(Debug)]
@@ -203,134 +130,6 @@ fn for_each_asset<'a>(
             asset.give_reader_back(reader);
         }
         at = end;
-    }
-}
-
-/// The camera that an outline is interpolated for.
-fn camera_of(asset: &AssetData, cell: &Cell) -> Result<Camera, CameraError> {
-    let (center, radius) = (asset.map.center, asset.map.radius);
-    let side_px = (2.0 * ROOM * cell.radius_px).ceil() as u32;
-    let eye = cell.middle.eye(center, radius);
-    Camera::fit_sphere(eye, center, radius, None, (side_px, side_px))
-}
-
-/// How it is interpolated.
-fn how_of(asset: &AssetData, cell: &Cell, how: &HowToMake) -> Interpolation {
-    Interpolation {
-        method: how.method.unwrap_or(asset.method),
-        transfer: if cell.radius_px <= FACING_PX {
-            Transfer::FacingPoint
-        } else {
-            Transfer::Depths
-        },
-        detail: Detail::OnScreen,
-    }
-}
-
-impl Worker {
-    /// Appends the texels of the outline that was built: the stencil needs no bands. Returns the number of its points.
-    pub(crate) fn encode(
-        &mut self,
-        clip: ClipBy,
-        frame: &Frame,
-        origin: DVec3,
-        sorting: &Sorting,
-    ) -> Option<u32> {
-        let (builder, texels) = (&mut self.builder, &mut self.texels);
-        match clip {
-            ClipBy::Stencil => Some(builder.encode_windings(frame, origin, sorting, texels)),
-            ClipBy::Coverage => builder.encode(frame, origin, sorting, texels),
-        }
-    }
-
-    /// Makes and packs the outline seen from a point of the polytope.
-    fn make_sector(
-        &mut self,
-        reader: &mut MapReader,
-        asset: &AssetData,
-        aim: &Aim,
-        how: &HowToMake,
-    ) {
-        if self.sectors.is_empty() {
-            self.sectors.push(PolytopeOutline::default());
-        }
-        let outline = &mut self.sectors[0];
-        let method = how.method.unwrap_or(asset.method);
-        let contours = (method, aim.level);
-        let made = reader.interpolate_at(&asset.map, aim.direction, contours, outline);
-        let start = self.rows.len();
-        if made.is_ok() {
-            outline.pack(&mut self.rows);
-            self.made_rows.push((aim.key, start..self.rows.len()));
-        }
-    }
-
-    fn make_one(
-        &mut self,
-        reader: &mut MapReader,
-        wanted: &Wanted,
-        (aims, polytope): (&[Aim], &PolytopeCache),
-        how: &HowToMake,
-    ) {
-        let start = self.texels.len();
-        let points = self.interpolate(reader, wanted, (aims, polytope), how);
-        self.made.push(Made {
-            cell: wanted.cell,
-            texels: start..self.texels.len(),
-            points: points.unwrap_or(0),
-        });
-    }
-
-    /// Appends the texels of an outline; returns the number of its points.
-    fn interpolate(
-        &mut self,
-        reader: &mut MapReader,
-        wanted: &Wanted,
-        (aims, polytope): (&[Aim], &PolytopeCache),
-        how: &HowToMake,
-    ) -> Option<u32> {
-        let Wanted { asset, cell, .. } = wanted;
-        let map = &asset.map;
-        let camera = camera_of(asset, cell).ok()?;
-        let interpolation = how_of(asset, cell, how);
-        if aims.is_empty() {
-            reader.interpolate(map, &camera, interpolation).ok()?;
-        } else {
-            self.read_sectors(reader, asset, (aims, polytope), how)?;
-            let sectors = self.sectors[..aims.len()].iter();
-            reader.join(map, &camera, interpolation, sectors);
-        }
-        (self.builder).assign_seen(reader.seen_loops(), &camera, (map.center, map.radius));
-        let frame = Frame::new(camera.eye.extend(1.0), map.center, map.radius);
-        let sorting = sorting_of(cell, &how.error);
-        self.encode(how.clip, &frame, asset.origin, &sorting)
-    }
-
-    /// Fetches what the sectors look at; makes what found no room.
-    fn read_sectors(
-        &mut self,
-        reader: &mut MapReader,
-        asset: &AssetData,
-        (aims, polytope): (&[Aim], &PolytopeCache),
-        how: &HowToMake,
-    ) -> Option<()> {
-        let count = self.sectors.len().max(aims.len());
-        (self.sectors).resize_with(count, PolytopeOutline::default);
-        for (k, aim) in aims.iter().enumerate() {
-            if polytope.read(&aim.key, &mut self.sectors[k]).is_some() {
-                continue;
-            }
-            let outline = &mut self.sectors[k];
-            let contours = (how.method.unwrap_or(asset.method), aim.level);
-            let made = reader.interpolate_at(&asset.map, aim.direction, contours, outline);
-            made.ok()?;
-            // As exact as if it had been kept.
-            let start = self.rows.len();
-            outline.pack(&mut self.rows);
-            outline.unpack(&self.rows[start..]);
-            self.rows.truncate(start);
-        }
-        Some(())
     }
 }
 

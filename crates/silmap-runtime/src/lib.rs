@@ -28,6 +28,7 @@ mod textures;
 mod thin;
 mod view;
 mod winding_triangles;
+mod worker;
 
 pub use asset::LoadedAsset;
 pub use instance::{Instance, Outline, Paint, SpaceLoops, Transform, TransformError};

@@ -13,8 +13,9 @@ use crate::cells::{Bearing, Cell, CellKey, ReuseError};
 use crate::curve::{Frame, Texel, points_of};
 use crate::draws::{Draw, DrawOrder, Record, Visible};
 use crate::instance::{Instance, Outline};
-use crate::interpolate::{HowToMake, Maker, Wanted, sorting_of};
+use crate::interpolate::Maker;
 use crate::view::{Eye, Rect, View};
+use crate::worker::{HowToMake, Wanted, sorting_of};
 use crate::{PrepareError, RendererOptions};
 
 /// What a frame came to.
