@@ -21,6 +21,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("silmap-mesh-io", &["silmap-geometry"]),
     ("silmap-hull", &["silmap-geometry"]),
     ("silmap-models", &["silmap-geometry"]),
+    ("silmap-capture", &["silmap-geometry", "silmap-mesh-io"]),
     (
         "silmap-preprocess",
         &[
@@ -71,6 +72,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-hull",
             "silmap-mesh-io",
             "silmap-models",
+            "silmap-capture",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-study",
@@ -88,6 +90,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-hull",
             "silmap-mesh-io",
             "silmap-models",
+            "silmap-capture",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-study",
@@ -114,6 +117,7 @@ const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("silmap-hull", &["silmap-models", "silmap-mesh-io"]),
     ("silmap-exact", &["silmap-models", "silmap-mesh-io"]),
     ("silmap-preprocess", &["silmap-models"]),
+    ("silmap-capture", &["silmap-models"]),
     ("silmap-measure", &["silmap-models", "silmap-mesh-io"]),
 ];
 

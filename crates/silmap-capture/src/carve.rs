@@ -1,0 +1,328 @@
+//! Carving: the visual hull of all masks but a few bad ones, as a closed mesh.
+//!
+//! How many votes may be wrong is found by trying: more are allowed as long as the median overlap with the masks becomes better by
+//! [`WORTH`]. Noise carves away what one view in a hundred does not show, and then most masks reach beyond the hull; votes that are
+//! not needed make the hull larger than most masks.
+
+use glam::DVec3;
+use silmap_geometry::topology::Topology;
+use silmap_geometry::watch::{Interrupted, Stage, Watch};
+use silmap_geometry::{Bvh, ClosedMesh, MeshDefects, TriangleMesh};
+use thiserror::Error;
+
+use crate::bounds;
+use crate::field::{Field, FieldView};
+use crate::octree::{Grid, leaves, root_count};
+use crate::residual::{Residual, disagreeing, median, residuals};
+use crate::surface::surface;
+use crate::view::{Capture, CaptureView, CaptureWarning};
+
+/// Finding how many votes may be wrong.
+pub const VOTES: Stage = Stage("weighing masks");
+/// Carving itself.
+pub const CARVE: Stage = Stage("carving");
+/// The carved surface.
+pub const SURFACE: Stage = Stage("meshing the carved hull");
+
+/// How to carve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CarveParams {
+    /// Voxels along the longest side of the object. The surface lies between them to a part of a voxel.
+    pub voxels: u32,
+    /// So many views may see a point beside their mask, and it is kept. `None`: found from the masks.
+    pub outvoted: Option<u32>,
+}
+
+impl Default for CarveParams {
+    fn default() -> Self {
+        Self {
+            voxels: 160,
+            outvoted: None,
+        }
+    }
+}
+
+/// Voxels along the longest side: what is of use, and what fits into memory.
+const VOXELS: std::ops::RangeInclusive<u32> = 16..=1024;
+
+/// Why nothing was carved.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CarveError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// A parameter is out of range.
+    #[error("{value} voxels cannot be: it must be between {} and {}", VOXELS.start(), VOXELS.end())]
+    Voxels {
+        /// The value.
+        value: u32,
+    },
+    /// As many votes may be wrong as there are.
+    #[error("{value} of {views} views cannot be outvoted: at most {} can", views / 2)]
+    Outvoted {
+        /// Views that may be wrong.
+        value: u32,
+        /// Views.
+        views: u32,
+    },
+    /// The cameras look along parallel lines.
+    #[error(
+        "all {views} views look in the same direction, so that they do not bound the object along it: take some from other sides"
+    )]
+    Parallel {
+        /// Views.
+        views: usize,
+    },
+    /// Nothing is inside enough masks.
+    #[error(
+        "nothing is left: no point is inside the masks of all but {outvoted} of {views} views; if the masks are right, the cameras are \
+         read by a convention that is not theirs (direction of the pose, axes, order of rotation)"
+    )]
+    Empty {
+        /// Views that may be wrong.
+        outvoted: usize,
+        /// Views.
+        views: usize,
+    },
+    /// A camera in the object.
+    #[error("view {view}: its camera is inside the object that the other masks leave")]
+    EyeInside {
+        /// The first such view.
+        view: String,
+    },
+    /// The surface is no closed mesh, which it always should be.
+    #[error("the carved surface is not closed: {0}")]
+    NotClosed(MeshDefects),
+}
+
+/// A carved hull.
+#[derive(Clone, Debug)]
+pub struct Carved {
+    /// Its surface, in coordinates about [`ClosedMesh::origin`].
+    pub mesh: ClosedMesh,
+    /// So many views could be outvoted.
+    pub outvoted: u32,
+    /// Side of a voxel, length units of the cameras.
+    pub voxel: f64,
+    /// How the hull agrees with each view.
+    pub residuals: Vec<Option<Residual>>,
+    /// What was odd.
+    pub warnings: Vec<CaptureWarning>,
+}
+
+/// A point must be seen by this share of the views, and by two.
+const LEAST_SEEN: f64 = 0.25;
+
+/// With fewer views none is outvoted: each bounds the object where no other does.
+const VOTES_FROM: usize = 12;
+
+/// At most this share of the views is outvoted unless the caller says so.
+const MOST_OUTVOTED: f64 = 1.0 / 12.0;
+
+/// Voxels along the longest side while votes are weighed.
+const TRIAL_VOXELS: u32 = 96;
+
+/// By how much the median overlap must become better for one more step.
+const WORTH: f64 = 0.001;
+
+/// Room around the box that blocks leave, in shares of its longest side.
+const MARGIN: f64 = 0.01;
+
+/// Pieces with less than this share of the largest one's volume are left out.
+const LEAST_PIECE: f64 = 0.01;
+
+/// An object farther from the origin than so many of its own sizes gets an origin of its own.
+const FAR: f64 = 64.0;
+
+/// Carves the hull of a capture's masks.
+///
+/// The result depends on the arguments alone, not on the number of threads.
+///
+/// # Errors
+/// When interrupted, a parameter is out of range, nothing is left, or a camera is inside what is left.
+pub fn carve(
+    capture: &Capture,
+    params: &CarveParams,
+    watch: &Watch<'_>,
+) -> Result<Carved, CarveError> {
+    let count = capture.views.len();
+    if !VOXELS.contains(&params.voxels) {
+        let value = params.voxels;
+        return Err(CarveError::Voxels { value });
+    }
+    if let Some(value) = params.outvoted.filter(|&k| k as usize > count / 2) {
+        let views = count as u32;
+        return Err(CarveError::Outvoted { value, views });
+    }
+    let middle = bounds::middle_of(&capture.views).ok_or(CarveError::Parallel { views: count })?;
+    let around = match capture.object_bounds {
+        Some([low, high]) if low.cmplt(high).all() => [low, high],
+        _ => bounds::first_box(middle),
+    };
+    let origin = origin_for(around);
+    let at_origin: Vec<CaptureView> = (capture.views.iter())
+        .map(|view| CaptureView {
+            camera: view.camera.moved(-origin),
+            ..view.clone()
+        })
+        .collect();
+    let voting: Vec<FieldView> = {
+        use rayon::prelude::*;
+        (at_origin.par_iter())
+            .map(|view| FieldView::new(view.camera, &view.mask))
+            .collect()
+    };
+    let carver = Carver {
+        views: &at_origin,
+        voting: &voting,
+        around: around.map(|corner| corner - origin),
+    };
+    let outvoted = match params.outvoted {
+        Some(k) => k as usize,
+        None => carver.weigh(watch)?,
+    };
+    let mut warnings = Vec::new();
+    let (mesh, grid) = carver.carve((outvoted, params.voxels), &mut warnings, watch)?;
+    let tree = Bvh::new(mesh.mesh());
+    if let Some(view) = (at_origin.iter()).find(|v| tree.winding_number(v.camera.eye) != 0) {
+        let view = view.name.clone();
+        return Err(CarveError::EyeInside { view });
+    }
+    let residuals = residuals(&mesh, &at_origin);
+    let middle = median(residuals.iter().flatten().map(|r| r.overlap));
+    for view in disagreeing(&residuals) {
+        let overlap = residuals[view].map_or(0.0, |r| r.overlap);
+        warnings.push(CaptureWarning::Disagrees {
+            view: capture.views[view].name.clone(),
+            overlap,
+            median: middle.unwrap_or(overlap),
+        });
+    }
+    Ok(Carved {
+        mesh: mesh.with_origin(origin),
+        outvoted: outvoted as u32,
+        voxel: grid.cell,
+        residuals,
+        warnings,
+    })
+}
+
+/// Zero, or a point near the box where that is far from the origin of its coordinates.
+fn origin_for([low, high]: [DVec3; 2]) -> DVec3 {
+    let (middle, size) = (0.5 * (low + high), (high - low).max_element());
+    match middle.abs().max_element() > FAR * size {
+        true => middle.round(),
+        false => DVec3::ZERO,
+    }
+}
+
+/// Views and their votes, in coordinates about the origin.
+struct Carver<'a> {
+    views: &'a [CaptureView],
+    voting: &'a [FieldView],
+    around: [DVec3; 2],
+}
+
+impl Carver<'_> {
+    fn field(&self, outvoted: usize) -> Field<'_> {
+        let count = self.voting.len();
+        Field {
+            views: self.voting,
+            outvoted,
+            least_seen: ((LEAST_SEEN * count as f64).ceil() as usize).max(2).max(outvoted + 1),
+        }
+    }
+
+    /// The number of votes that may be wrong.
+    fn weigh(&self, watch: &Watch<'_>) -> Result<usize, CarveError> {
+        let count = self.voting.len();
+        if count < VOTES_FROM {
+            return Ok(0);
+        }
+        let most = (MOST_OUTVOTED * count as f64) as usize;
+        let mut steps = vec![0];
+        while let Some(&last) = steps.last() {
+            let next = last + (last / 3).max(1);
+            if next > most {
+                break;
+            }
+            steps.push(next);
+        }
+        watch.start(VOTES, steps.len() as u64);
+        let (mut best, mut best_overlap) = (0, 0.0);
+        for outvoted in steps {
+            let tried = self.carve((outvoted, TRIAL_VOXELS), &mut Vec::new(), &watch.quiet());
+            watch.advance(VOTES, 1);
+            let mesh = match tried {
+                Ok((mesh, _)) => mesh,
+                Err(CarveError::Empty { .. }) => continue,
+                Err(error) => return Err(error),
+            };
+            let found = residuals(&mesh, self.views);
+            let overlap = median(found.iter().flatten().map(|r| r.overlap)).unwrap_or(0.0);
+            if overlap > best_overlap + WORTH {
+                (best, best_overlap) = (outvoted, overlap);
+            } else if overlap < best_overlap {
+                break;
+            }
+        }
+        watch.finish(VOTES);
+        Ok(best)
+    }
+
+    fn carve(
+        &self,
+        (outvoted, voxels): (usize, u32),
+        warnings: &mut Vec<CaptureWarning>,
+        watch: &Watch<'_>,
+    ) -> Result<(ClosedMesh, Grid), CarveError> {
+        let field = self.field(outvoted);
+        let empty = || CarveError::Empty {
+            outvoted,
+            views: self.voting.len(),
+        };
+        let found = bounds::shrink(&field, self.around, (CARVE, watch))?.ok_or_else(empty)?;
+        let margin = DVec3::splat(MARGIN * (found[1] - found[0]).max_element());
+        let grid = Grid::over([found[0] - margin, found[1] + margin], voxels);
+        watch.start(CARVE, root_count(&grid));
+        let leaves = leaves(&field, &grid, (CARVE, watch))?;
+        watch.finish(CARVE);
+        watch.start(SURFACE, leaves.len() as u64);
+        let mut mesh = surface(&field, &grid, &leaves, (SURFACE, watch))?;
+        watch.finish(SURFACE);
+        if mesh.faces.is_empty() {
+            return Err(empty());
+        }
+        let pieces = keep_large(&mut mesh);
+        if pieces > 0 {
+            warnings.push(CaptureWarning::Pieces { count: pieces });
+        }
+        let mesh = ClosedMesh::try_from(mesh).map_err(CarveError::NotClosed)?;
+        let reached = mesh.bounds();
+        let is_cut = (reached.min - self.around[0]).min_element() < -0.5 * grid.cell
+            || (self.around[1] - reached.max).min_element() < -0.5 * grid.cell;
+        if is_cut {
+            warnings.push(CaptureWarning::AtBounds);
+        }
+        Ok((mesh, grid))
+    }
+}
+
+/// Leaves out small pieces, and walls of cavities, which no silhouette shows. Returns how many pieces there were.
+fn keep_large(mesh: &mut TriangleMesh) -> usize {
+    let topology = Topology::new(&mesh.faces, mesh.positions.len());
+    let (part_of, count) = topology.parts();
+    let mut volumes = vec![0.0; count];
+    let middle = mesh.bounds().center;
+    for (face, &part) in part_of.iter().enumerate() {
+        let [a, b, c] = mesh.corners(face).map(|p| p - middle);
+        volumes[part as usize] += a.dot(b.cross(c)) / 6.0;
+    }
+    let largest = volumes.iter().copied().fold(0.0, f64::max);
+    let is_kept = |part: u32| volumes[part as usize] >= LEAST_PIECE * largest;
+    mesh.retain_faces(|face| is_kept(part_of[face]));
+    mesh.drop_unused_vertices();
+    let small = volumes.iter().filter(|&&v| v > 0.0 && v < LEAST_PIECE * largest);
+    small.count()
+}

@@ -1,0 +1,38 @@
+//! What a camera file says, before any picture is opened.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use crate::pinhole::Pinhole;
+
+/// Where the mask of a view is.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum MaskPlace {
+    /// The file names it.
+    Named(PathBuf),
+    /// The file says that there is none.
+    None,
+    /// By convention, beside the photograph.
+    ByConvention,
+}
+
+/// A view of a camera file.
+#[derive(Clone, Debug)]
+pub(crate) struct DeclaredView {
+    pub(crate) name: String,
+    pub(crate) camera: Pinhole,
+    pub(crate) mask: MaskPlace,
+    /// The photograph's path; it need not be there.
+    pub(crate) photo: Option<PathBuf>,
+}
+
+/// A camera file.
+#[derive(Clone, Debug)]
+pub(crate) struct Declared {
+    pub(crate) name: Option<String>,
+    pub(crate) pixel_centre: f64,
+    pub(crate) object_bounds: Option<[DVec3; 2]>,
+    pub(crate) is_metric: bool,
+    pub(crate) views: Vec<DeclaredView>,
+}

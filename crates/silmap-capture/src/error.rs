@@ -1,0 +1,168 @@
+//! Why a capture cannot be read: one sentence that names the file, and the view where there is one.
+
+use std::io;
+use std::path::PathBuf;
+
+use silmap_geometry::camera::MAX_SIDE_PX;
+use thiserror::Error;
+
+use crate::pinhole::PinholeFault;
+
+/// Why there is no capture.
+#[derive(Debug, Error)]
+#[error("{}: {fault}", path.display())]
+pub struct CaptureError {
+    /// The file or folder at fault.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub fault: CaptureFault,
+}
+
+/// What is wrong with a capture's file or folder.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CaptureFault {
+    /// The operating system refused.
+    #[error("it cannot be read: {0}")]
+    Unreadable(#[source] io::Error),
+    /// A folder without cameras.
+    #[error("the folder has no camera file: {known} is needed")]
+    NoCameraFile {
+        /// Names that are looked for.
+        known: &'static str,
+    },
+    /// A JSON file that is none of those that are known.
+    #[error(
+        "it is JSON, but no camera file that is known here: neither \"views\" (cameras.json) nor \"frames\" (transforms.json) is in it"
+    )]
+    OtherJson,
+    /// Damaged JSON.
+    #[error("it is damaged: {reason}")]
+    Json {
+        /// What the reader of JSON says, with line and column.
+        reason: String,
+    },
+    /// NaN or infinity in JSON, which has no such numbers.
+    #[error("line {line}, column {column}: a number is NaN or infinite")]
+    NotFinite {
+        /// Line, from one.
+        line: usize,
+        /// Column, from one.
+        column: usize,
+    },
+    /// A list of views with nothing in it.
+    #[error("it has no views")]
+    NoViews,
+    /// A field that is missing or of another shape.
+    #[error("{place}{field} must be {shape}{}", found.as_deref().map(|f| format!(", and is {f}")).unwrap_or_default())]
+    Field {
+        /// `"view X: "`, or nothing for the file itself.
+        place: String,
+        /// Its name.
+        field: &'static str,
+        /// What it must be.
+        shape: &'static str,
+        /// What it is.
+        found: Option<String>,
+    },
+    /// A camera that is none.
+    #[error("view {view}: {fault}")]
+    Camera {
+        /// The view's name.
+        view: String,
+        /// What is wrong with it.
+        fault: PinholeFault,
+    },
+    /// The matrix and its parts do not agree.
+    #[error(
+        "view {view}: P is not K·[R t]: they differ by {difference:.1e} of the largest element{hint}"
+    )]
+    Disagreement {
+        /// The view's name.
+        view: String,
+        /// Largest difference of an element, both scaled alike.
+        difference: f64,
+        /// What would agree, if anything known.
+        hint: &'static str,
+    },
+    /// A lens model that is not taken out.
+    #[error(
+        "view {view}: the lens has distortion ({what}), which is not taken out here yet: undistort the pictures first"
+    )]
+    Distortion {
+        /// The view's name.
+        view: String,
+        /// The first coefficient that is not zero, or the model's name.
+        what: String,
+    },
+    /// Cameras up to a projectivity.
+    #[error(
+        "its cameras are projective only (\"metric\": false): distances and angles mean nothing in such a frame, and an asset needs them"
+    )]
+    Projective,
+    /// A mask's file cannot be understood.
+    #[error("view {view}: the mask {}: {fault}", mask.display())]
+    Mask {
+        /// The view's name.
+        view: String,
+        /// The mask's file.
+        mask: PathBuf,
+        /// What is wrong with it.
+        fault: MaskFault,
+    },
+    /// Neither camera file nor pictures say how large the image is.
+    #[error("view {view}: the size of its image is in neither the camera file nor a picture")]
+    NoSize {
+        /// The view's name.
+        view: String,
+    },
+    /// So few masks that they bound nothing.
+    #[error(
+        "{count} of {views} views {} a mask, and a hull needs two at least, from different sides",
+        if *count == 1 { "has" } else { "have" }
+    )]
+    TooFewMasks {
+        /// Views with a mask.
+        count: usize,
+        /// Views.
+        views: usize,
+    },
+}
+
+/// What is wrong with a mask's file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MaskFault {
+    /// The operating system refused, or there is none.
+    #[error("cannot be read: {0}")]
+    Unreadable(#[source] io::Error),
+    /// No picture, or a damaged one.
+    #[error("is no picture that can be read: {0}")]
+    Damaged(#[source] image::ImageError),
+    /// Larger than any camera's image.
+    #[error("has {width} × {height} pixels, and at most {MAX_SIDE_PX} a side are used")]
+    TooLarge {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// Another size than the camera's.
+    #[error("has {width} × {height} pixels, not {wanted_width} × {wanted_height}")]
+    OtherSize {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Columns of the camera's image.
+        wanted_width: u32,
+        /// Rows of the camera's image.
+        wanted_height: u32,
+    },
+    /// Nothing is set.
+    #[error("is empty: all of it is background, so that nothing would be left")]
+    Empty,
+    /// Everything is set.
+    #[error("is full: all of it is object, so that it shows no outline")]
+    Full,
+}

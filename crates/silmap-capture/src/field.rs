@@ -1,0 +1,193 @@
+//! How far outside of the hull a point is, by the votes of all views.
+//!
+//! A view says that a point is outside when it sees it beside the mask. A point that it does not see, beside its image or behind it,
+//! is unknown to it. A point is outside of the hull when more than `outvoted` views say so: the field is the distance that the
+//! (outvoted + 1)-th farthest view gives, negative inside. A point that few views see is outside too, as nothing else bounds a hull
+//! there.
+//!
+//! Source: A. Laurentini. The Visual Hull Concept for Silhouette-Based Image Understanding. IEEE PAMI 16(2), 1994.
+//! Deviations: some votes may be wrong; what is outside of the images is unknown.
+
+use glam::{DVec2, DVec3};
+use silmap_geometry::Mask;
+
+use crate::pinhole::Pinhole;
+use crate::signed_distance::SignedDistance;
+
+/// A camera with distances to its mask's outline.
+#[derive(Clone, Debug)]
+pub(crate) struct FieldView {
+    camera: Pinhole,
+    distances: SignedDistance,
+}
+
+/// Interpolated distances are this much steeper than one pixel a pixel, at most: √2, and rounding.
+const STEEPEST: f64 = 1.45;
+
+/// And off by this much beside the outline itself, pixels.
+const SLACK_PX: f64 = 1.0;
+
+impl FieldView {
+    pub(crate) fn new(camera: Pinhole, mask: &Mask) -> Self {
+        Self {
+            camera,
+            distances: SignedDistance::new(mask),
+        }
+    }
+
+    /// The distance to the outline's cone, length units about; `None` where the view does not see the point.
+    fn value(&self, point: DVec3) -> Option<f64> {
+        let (image, depth) = self.camera.project(point)?;
+        let is_seen = self.camera.shows(image);
+        is_seen.then(|| self.distances.at(image) * depth / self.camera.pixels_per_tangent())
+    }
+
+    fn say_about(&self, block: &Block) -> Word {
+        let Some((middle, _)) = self.camera.project(block.middle) else {
+            return match self.is_behind(block) {
+                true => Word::Unseen,
+                false => Word::Undecided,
+            };
+        };
+        let (mut low, mut high) = (middle, middle);
+        let mut reach = 0.0_f64;
+        for corner in block.corners() {
+            let Some((image, _)) = self.camera.project(corner) else {
+                return Word::Undecided;
+            };
+            low = low.min(image);
+            high = high.max(image);
+            reach = reach.max(image.distance(middle));
+        }
+        let size = DVec2::new(self.camera.width.into(), self.camera.height.into());
+        if high.cmplt(DVec2::ZERO).any() || low.cmpgt(size).any() {
+            return Word::Unseen;
+        }
+        if low.cmplt(DVec2::ZERO).any() || high.cmpgt(size).any() {
+            return Word::Undecided;
+        }
+        let distance = self.distances.at(middle);
+        let room = STEEPEST * reach + SLACK_PX;
+        if distance > room {
+            Word::Outside
+        } else if distance < -room {
+            Word::Inside
+        } else {
+            Word::Undecided
+        }
+    }
+
+    fn is_behind(&self, block: &Block) -> bool {
+        let mut corners = block.corners().into_iter();
+        corners.all(|corner| self.camera.camera_from_object(corner).z <= 0.0)
+    }
+}
+
+/// What a view says about all points of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Word {
+    Outside,
+    Inside,
+    Unseen,
+    Undecided,
+}
+
+/// A cube of space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block {
+    pub(crate) middle: DVec3,
+    pub(crate) half: f64,
+}
+
+impl Block {
+    fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|k| {
+            let sign = |bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            self.middle + self.half * DVec3::new(sign(0), sign(1), sign(2))
+        })
+    }
+}
+
+/// What is known about a block: the views that say different things about its points, and what the others say.
+#[derive(Clone, Debug)]
+pub(crate) struct Votes {
+    undecided: Vec<u32>,
+    outside: usize,
+    seen: usize,
+}
+
+/// Where a block lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    Outside,
+    Inside,
+    Mixed,
+}
+
+/// The field of some views.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Field<'a> {
+    pub(crate) views: &'a [FieldView],
+    /// So many views may say that a point is outside, and it is inside.
+    pub(crate) outvoted: usize,
+    /// A point that fewer views see is outside.
+    pub(crate) least_seen: usize,
+}
+
+impl Field<'_> {
+    /// Nothing is known.
+    pub(crate) fn all_undecided(&self) -> Votes {
+        Votes {
+            undecided: (0..self.views.len() as u32).collect(),
+            outside: 0,
+            seen: 0,
+        }
+    }
+
+    /// What is known of a block within one of which `votes` are known.
+    pub(crate) fn vote(&self, block: &Block, votes: &Votes) -> (Place, Votes) {
+        let mut found = Votes {
+            undecided: Vec::with_capacity(votes.undecided.len()),
+            ..*votes
+        };
+        for &view in &votes.undecided {
+            match self.views[view as usize].say_about(block) {
+                Word::Outside => {
+                    found.outside += 1;
+                    found.seen += 1;
+                }
+                Word::Inside => found.seen += 1,
+                Word::Unseen => {}
+                Word::Undecided => found.undecided.push(view),
+            }
+        }
+        let may_be = found.undecided.len();
+        let place = if found.outside > self.outvoted || found.seen + may_be < self.least_seen {
+            Place::Outside
+        } else if found.outside + may_be <= self.outvoted && found.seen >= self.least_seen {
+            Place::Inside
+        } else {
+            Place::Mixed
+        };
+        (place, found)
+    }
+
+    /// The field at a point of a block of which `votes` are known, no farther from zero than `most`.
+    pub(crate) fn value(&self, point: DVec3, votes: &Votes, most: f64, room: &mut Vec<f64>) -> f64 {
+        room.clear();
+        let undecided = votes.undecided.iter();
+        room.extend(undecided.filter_map(|&v| self.views[v as usize].value(point)));
+        if votes.seen + room.len() < self.least_seen {
+            return most;
+        }
+        // Views that are decided say one thing for the whole block, and are far from changing their mind.
+        let Some(left) = self.outvoted.checked_sub(votes.outside) else {
+            return most;
+        };
+        if left >= room.len() {
+            return -most;
+        }
+        let (_, found, _) = room.select_nth_unstable_by(left, |a, b| b.total_cmp(a));
+        found.clamp(-most, most)
+    }
+}

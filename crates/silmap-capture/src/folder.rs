@@ -1,0 +1,199 @@
+//! Reading a capture: which file has its cameras, and where each mask is.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use silmap_geometry::Mask;
+use silmap_mesh_io::input;
+
+use crate::declared::{Declared, DeclaredView, MaskPlace};
+use crate::error::{CaptureError, CaptureFault, MaskFault};
+use crate::json::{self, Fields};
+use crate::view::{CameraFormat, Capture, CaptureView, CaptureWarning};
+use crate::{cameras_json, mask_file, transforms_json};
+
+/// Names that are looked for in a folder, the first that is there wins.
+const FILES: [&str; 2] = ["cameras.json", "transforms.json"];
+
+const KNOWN: &str = "cameras.json or transforms.json";
+
+/// Extensions of masks that are found by convention.
+const MASK_EXTENSIONS: [&str; 2] = ["png", "webp"];
+
+/// Whether a path is to be read as a capture rather than as a mesh: a folder, or a file whose name ends in `.json`.
+#[must_use]
+pub fn is_capture(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || path.is_dir()
+}
+
+/// Reads a capture: a camera file, or a folder that holds one; and the masks.
+///
+/// # Errors
+/// One sentence that names the file and the first view at fault.
+pub fn read(path: &Path) -> Result<Capture, CaptureError> {
+    let fault_at = |path: &Path| {
+        let path = path.to_owned();
+        move |fault| CaptureError { path, fault }
+    };
+    let file = camera_file(path).map_err(fault_at(path))?;
+    let folder = match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    };
+    let text = input::read_text(&file)
+        .map_err(CaptureFault::Unreadable)
+        .map_err(fault_at(&file))?;
+    let (format, declared) = declared(&text, &folder).map_err(fault_at(&file))?;
+    let capture = with_masks(declared, (format, &file, &folder));
+    capture.map_err(fault_at(&file))
+}
+
+fn camera_file(path: &Path) -> Result<PathBuf, CaptureFault> {
+    let about = fs::metadata(path).map_err(CaptureFault::Unreadable)?;
+    if !about.is_dir() {
+        return Ok(path.to_owned());
+    }
+    let mut files = FILES.iter().map(|name| path.join(name));
+    let found = files.find(|file| file.is_file());
+    found.ok_or(CaptureFault::NoCameraFile { known: KNOWN })
+}
+
+fn declared(text: &str, folder: &Path) -> Result<(CameraFormat, Declared), CaptureFault> {
+    let value = json::parse(text)?;
+    let Some(map) = value.as_object() else {
+        return Err(CaptureFault::OtherJson);
+    };
+    let object = Fields {
+        place: String::new(),
+        map,
+    };
+    if map.contains_key("views") {
+        return Ok((
+            CameraFormat::CamerasJson,
+            cameras_json::read(&object, folder)?,
+        ));
+    }
+    if map.contains_key("frames") {
+        let read = transforms_json::read(&object, folder)?;
+        return Ok((CameraFormat::TransformsJson, read));
+    }
+    Err(CaptureFault::OtherJson)
+}
+
+fn with_masks(
+    declared: Declared,
+    (format, file, folder): (CameraFormat, &Path, &Path),
+) -> Result<Capture, CaptureFault> {
+    let found: Vec<Result<Option<Mask>, CaptureFault>> = (declared.views.par_iter())
+        .map(|view| find_mask(view, folder))
+        .collect();
+    let listed = declared.views.len();
+    let (mut views, mut warnings) = (Vec::new(), Vec::new());
+    for (view, mask) in declared.views.into_iter().zip(found) {
+        let Some(mask) = mask? else {
+            warnings.push(CaptureWarning::NoMask { view: view.name });
+            continue;
+        };
+        let photo = match view.photo.as_deref().map(|path| usable(path, &view)) {
+            Some(Err(reason)) => {
+                let view = view.name.clone();
+                warnings.push(CaptureWarning::Photo { view, reason });
+                None
+            }
+            Some(Ok(())) => view.photo.clone(),
+            None => None,
+        };
+        views.push(CaptureView {
+            name: view.name,
+            camera: view.camera,
+            mask,
+            photo,
+        });
+    }
+    // The last thing to be said: what is wrong with a view comes before.
+    if !declared.is_metric {
+        return Err(CaptureFault::Projective);
+    }
+    if views.len() < 2 {
+        return Err(CaptureFault::TooFewMasks {
+            count: views.len(),
+            views: listed,
+        });
+    }
+    let of_folder = || {
+        let whole = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+        let name = whole.file_name().map(|n| n.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| "capture".to_owned())
+    };
+    Ok(Capture {
+        name: declared.name.unwrap_or_else(of_folder),
+        path: file.to_owned(),
+        format,
+        pixel_centre: declared.pixel_centre,
+        object_bounds: declared.object_bounds,
+        views,
+        listed,
+        warnings,
+    })
+}
+
+/// Why a photograph cannot be used, by its header.
+fn usable(path: &Path, view: &DeclaredView) -> Result<(), String> {
+    let shown = path.display();
+    let Some((width, height)) = mask_file::size_of(path) else {
+        return Err(format!("{shown} is not there, or no picture"));
+    };
+    let (wanted_width, wanted_height) = (view.camera.width, view.camera.height);
+    if (width, height) == (wanted_width, wanted_height) {
+        return Ok(());
+    }
+    Err(format!(
+        "{shown} has {width} × {height} pixels, not {wanted_width} × {wanted_height}"
+    ))
+}
+
+fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<Mask>, CaptureFault> {
+    let size = (view.camera.width, view.camera.height);
+    let fault = |mask: &Path| {
+        let (view, mask) = (view.name.clone(), mask.to_owned());
+        move |fault: MaskFault| CaptureFault::Mask { view, mask, fault }
+    };
+    match &view.mask {
+        MaskPlace::None => return Ok(None),
+        MaskPlace::Named(path) => return mask_file::read(path, size).map(Some).map_err(fault(path)),
+        MaskPlace::ByConvention => {}
+    }
+    let beside = view.photo.as_deref().map_or_else(Vec::new, |photo| {
+        conventional(photo, folder)
+    });
+    let named = MASK_EXTENSIONS.map(|e| folder.join("masks").join(format!("{}.{e}", view.name)));
+    if let Some(path) = beside.into_iter().chain(named).find(|p| p.is_file()) {
+        return mask_file::read(&path, size).map(Some).map_err(fault(&path));
+    }
+    match view.photo.as_deref().filter(|photo| photo.is_file()) {
+        Some(photo) => mask_file::read_alpha(photo, size).map_err(fault(photo)),
+        None => Ok(None),
+    }
+}
+
+/// `masks/NAME.png` and `masks/NAME.jpg.png`, in the capture's folder and beside the photograph's.
+fn conventional(photo: &Path, folder: &Path) -> Vec<PathBuf> {
+    let mut places = vec![folder.join("masks")];
+    if let Some(around) = photo.parent().and_then(Path::parent) {
+        places.push(around.join("masks"));
+    }
+    let names = [photo.file_stem(), photo.file_name()];
+    let mut paths = Vec::new();
+    for place in &places {
+        for name in names.into_iter().flatten() {
+            for extension in MASK_EXTENSIONS {
+                let mut file = name.to_owned();
+                file.push(".");
+                file.push(extension);
+                paths.push(place.join(file));
+            }
+        }
+    }
+    paths
+}

@@ -1,0 +1,135 @@
+//! A capture as it was understood.
+
+use std::path::PathBuf;
+
+use silmap_geometry::Mask;
+
+use crate::pinhole::Pinhole;
+
+/// A kind of camera file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CameraFormat {
+    /// `cameras.json`: matrices and paths.
+    CamerasJson,
+    /// `transforms.json` of NeRF, instant-ngp and nerfstudio.
+    TransformsJson,
+}
+
+impl CameraFormat {
+    /// What it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CamerasJson => "cameras.json (matrices)",
+            Self::TransformsJson => "transforms.json (NeRF)",
+        }
+    }
+
+    /// Its conventions, for people.
+    #[must_use]
+    pub fn conventions(self) -> &'static str {
+        match self {
+            Self::CamerasJson => "world to camera, x right, y down, z forward",
+            Self::TransformsJson => "camera to world, x right, y up, z backward",
+        }
+    }
+}
+
+/// A photograph's camera and mask.
+#[derive(Clone, Debug)]
+pub struct CaptureView {
+    /// Its name in the camera file.
+    pub name: String,
+    /// Its camera; image coordinates from the top-left corner.
+    pub camera: Pinhole,
+    /// Where the object is seen; what lies outside the image is unknown.
+    pub mask: Mask,
+    /// The photograph, if there is one.
+    pub photo: Option<PathBuf>,
+}
+
+/// Views of one object.
+#[derive(Clone, Debug)]
+pub struct Capture {
+    /// What it is called: by the file, or by its folder.
+    pub name: String,
+    /// The camera file.
+    pub path: PathBuf,
+    /// Its kind.
+    pub format: CameraFormat,
+    /// Where the file's image coordinates have the first pixel's centre.
+    pub pixel_centre: f64,
+    /// A box around the object, where the file has one.
+    pub object_bounds: Option<[glam::DVec3; 2]>,
+    /// Views with a mask, in the order of the file.
+    pub views: Vec<CaptureView>,
+    /// Views that the file lists, those without a mask included.
+    pub listed: usize,
+    /// What was odd.
+    pub warnings: Vec<CaptureWarning>,
+}
+
+/// Something odd that did not stop the reading or carving.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum CaptureWarning {
+    /// A view without a mask is not used.
+    NoMask {
+        /// The view's name.
+        view: String,
+    },
+    /// A photograph that is named and not there, or not of its camera's size.
+    Photo {
+        /// The view's name.
+        view: String,
+        /// Why its photograph is not used.
+        reason: String,
+    },
+    /// Masks that disagree with the rest.
+    Disagrees {
+        /// The view's name.
+        view: String,
+        /// Intersection over union with the carved hull.
+        overlap: f64,
+        /// The median over all views.
+        median: f64,
+    },
+    /// Small pieces beside the largest were left out.
+    Pieces {
+        /// How many.
+        count: usize,
+    },
+    /// The hull reaches the box that the file says the object is in.
+    AtBounds,
+}
+
+impl std::fmt::Display for CaptureWarning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoMask { view } => write!(f, "view {view} has no mask: it is not used"),
+            Self::Photo { view, reason } => {
+                write!(f, "view {view}: its photograph is not used: {reason}")
+            }
+            Self::Disagrees {
+                view,
+                overlap,
+                median,
+            } => write!(
+                f,
+                "view {view} disagrees with the rest: its mask overlaps the carved hull by {overlap:.3}, the median is {median:.3}; \
+                 its mask or its camera may be wrong"
+            ),
+            Self::Pieces { count } => write!(
+                f,
+                "{count} small {} beside the object {} left out: what masks leave by accident",
+                if *count == 1 { "piece" } else { "pieces" },
+                if *count == 1 { "was" } else { "were" }
+            ),
+            Self::AtBounds => write!(
+                f,
+                "the hull reaches the box that the camera file has for the object: it is cut off there"
+            ),
+        }
+    }
+}
