@@ -1,10 +1,11 @@
 //! A box around what the masks leave, found without knowing where to look.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, UVec3};
+use rayon::prelude::*;
 use silmap_geometry::watch::{Interrupted, Stage, Watch};
 
 use crate::field::Field;
-use crate::octree::{Grid, LEAF, leaves};
+use crate::octree::{Grid, LEAF, Leaf, leaves};
 use crate::residual::median;
 use crate::signed_distance::bounds_of;
 use crate::view::CaptureView;
@@ -13,7 +14,7 @@ use crate::view::CaptureView;
 const BLOCKS: u32 = 48;
 
 /// The box is looked at again as long as it becomes smaller by this factor, and so often at most.
-const SMALLER: f64 = 0.9;
+const SMALLER: f64 = 0.95;
 const MOST_ROUNDS: u32 = 12;
 
 /// Half the side of the first box, in distances of the cameras from its middle.
@@ -64,11 +65,14 @@ pub(crate) fn shrink(
         let grid = Grid::over(around, BLOCKS * LEAF);
         let found = leaves(field, &grid, (stage, &quiet))?;
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for leaf in &found {
+        let is_near: Vec<bool> = (found.par_iter())
+            .map(|leaf| leaf.is_full || comes_near(field, &grid, leaf))
+            .collect();
+        for (leaf, _) in found.iter().zip(&is_near).filter(|(_, near)| **near) {
             low = low.min(grid.point(leaf.first));
             high = high.max(grid.point(leaf.first) + f64::from(LEAF) * grid.cell);
         }
-        if found.is_empty() {
+        if low.x > high.x {
             return Ok(None);
         }
         let before = (around[1] - around[0]).max_element();
@@ -78,4 +82,18 @@ pub(crate) fn shrink(
         }
     }
     Ok(Some(around))
+}
+
+/// Whether the hull may come near a leaf. What is known of whole blocks is not enough: at the border of what cameras see, little is.
+fn comes_near(field: &Field<'_>, grid: &Grid, leaf: &Leaf) -> bool {
+    const STEP: u32 = 2;
+    const STEPS: u32 = LEAF / STEP;
+    // As far as from a point to the corners that it stands for, and more.
+    let near = f64::from(STEP) * grid.cell;
+    let mut room = Vec::new();
+    (0..STEPS.pow(3)).any(|k| {
+        let step = UVec3::new(k % STEPS, k / STEPS % STEPS, k / (STEPS * STEPS));
+        let point = grid.point(leaf.first + STEP * step) + DVec3::splat(0.5 * near);
+        field.value(point, &leaf.votes, 2.0 * near, &mut room) < near
+    })
 }

@@ -101,7 +101,8 @@ fn camera(
         return Err(fault(PinholeFault::NoRotation { deviation }));
     }
     let product = product(&k, &r, DVec3::from(t));
-    let camera = Pinhole::from_matrix(p.as_ref().unwrap_or(&product), shift, size).map_err(fault)?;
+    let camera =
+        Pinhole::from_matrix(p.as_ref().unwrap_or(&product), shift, size).map_err(fault)?;
     let Some(p) = p else {
         return Ok(camera);
     };
@@ -145,5 +146,7 @@ fn scaled_difference(a: &Matrix34, b: &Matrix34) -> f64 {
     let norm = |m: &Matrix34| m.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
     let (of_a, of_b) = (norm(a), norm(b));
     let pairs = a.iter().flatten().zip(b.iter().flatten());
-    pairs.fold(0.0, |most: f64, (a, b)| most.max((a / of_a - b / of_b).abs()))
+    pairs.fold(0.0, |most: f64, (a, b)| {
+        most.max((a / of_a - b / of_b).abs())
+    })
 }

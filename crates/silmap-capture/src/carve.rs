@@ -5,6 +5,7 @@
 //! not needed make the hull larger than most masks.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use silmap_geometry::topology::Topology;
 use silmap_geometry::watch::{Interrupted, Stage, Watch};
 use silmap_geometry::{Bvh, ClosedMesh, MeshDefects, TriangleMesh};
@@ -121,7 +122,10 @@ const VOTES_FROM: usize = 12;
 const MOST_OUTVOTED: f64 = 1.0 / 12.0;
 
 /// Voxels along the longest side while votes are weighed.
-const TRIAL_VOXELS: u32 = 96;
+const TRIAL_VOXELS: u32 = 80;
+
+/// So many views are compared with the hull then, at most.
+const MOST_WEIGHED: usize = 48;
 
 /// By how much the median overlap must become better for one more step.
 const WORTH: f64 = 0.001;
@@ -167,12 +171,9 @@ pub fn carve(
             ..view.clone()
         })
         .collect();
-    let voting: Vec<FieldView> = {
-        use rayon::prelude::*;
-        (at_origin.par_iter())
-            .map(|view| FieldView::new(view.camera, &view.mask))
-            .collect()
-    };
+    let voting: Vec<FieldView> = (at_origin.par_iter())
+        .map(|view| FieldView::new(view.camera, &view.mask))
+        .collect();
     let carver = Carver {
         views: &at_origin,
         voting: &voting,
@@ -230,7 +231,9 @@ impl Carver<'_> {
         Field {
             views: self.voting,
             outvoted,
-            least_seen: ((LEAST_SEEN * count as f64).ceil() as usize).max(2).max(outvoted + 1),
+            least_seen: ((LEAST_SEEN * count as f64).ceil() as usize)
+                .max(2)
+                .max(outvoted + 1),
         }
     }
 
@@ -249,6 +252,8 @@ impl Carver<'_> {
             }
             steps.push(next);
         }
+        let stride = count.div_ceil(MOST_WEIGHED);
+        let weighed: Vec<CaptureView> = self.views.iter().step_by(stride).cloned().collect();
         watch.start(VOTES, steps.len() as u64);
         let (mut best, mut best_overlap) = (0, 0.0);
         for outvoted in steps {
@@ -259,7 +264,7 @@ impl Carver<'_> {
                 Err(CarveError::Empty { .. }) => continue,
                 Err(error) => return Err(error),
             };
-            let found = residuals(&mesh, self.views);
+            let found = residuals(&mesh, &weighed);
             let overlap = median(found.iter().flatten().map(|r| r.overlap)).unwrap_or(0.0);
             if overlap > best_overlap + WORTH {
                 (best, best_overlap) = (outvoted, overlap);
@@ -323,6 +328,8 @@ fn keep_large(mesh: &mut TriangleMesh) -> usize {
     let is_kept = |part: u32| volumes[part as usize] >= LEAST_PIECE * largest;
     mesh.retain_faces(|face| is_kept(part_of[face]));
     mesh.drop_unused_vertices();
-    let small = volumes.iter().filter(|&&v| v > 0.0 && v < LEAST_PIECE * largest);
+    let small = volumes
+        .iter()
+        .filter(|&&v| v > 0.0 && v < LEAST_PIECE * largest);
     small.count()
 }

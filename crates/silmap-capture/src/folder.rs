@@ -24,7 +24,9 @@ const MASK_EXTENSIONS: [&str; 2] = ["png", "webp"];
 /// Whether a path is to be read as a capture rather than as a mesh: a folder, or a file whose name ends in `.json`.
 #[must_use]
 pub fn is_capture(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) || path.is_dir()
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+        || path.is_dir()
 }
 
 /// Reads a capture: a camera file, or a folder that holds one; and the masks.
@@ -161,12 +163,15 @@ fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<Mask>, Capture
     };
     match &view.mask {
         MaskPlace::None => return Ok(None),
-        MaskPlace::Named(path) => return mask_file::read(path, size).map(Some).map_err(fault(path)),
+        MaskPlace::Named(path) => {
+            return mask_file::read(path, size).map(Some).map_err(fault(path));
+        }
         MaskPlace::ByConvention => {}
     }
-    let beside = view.photo.as_deref().map_or_else(Vec::new, |photo| {
-        conventional(photo, folder)
-    });
+    let beside = view
+        .photo
+        .as_deref()
+        .map_or_else(Vec::new, |photo| conventional(photo, folder));
     let named = MASK_EXTENSIONS.map(|e| folder.join("masks").join(format!("{}.{e}", view.name)));
     if let Some(path) = beside.into_iter().chain(named).find(|p| p.is_file()) {
         return mask_file::read(&path, size).map(Some).map_err(fault(&path));

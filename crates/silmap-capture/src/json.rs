@@ -12,8 +12,14 @@ pub(crate) fn parse(text: &str) -> Result<Value, CaptureFault> {
     serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
         let (line, column) = (error.line(), error.column());
         let words = text.lines().nth(line.saturating_sub(1)).unwrap_or("");
-        let start: String = words.chars().skip(column.saturating_sub(2)).take(9).collect();
-        let is_word = ["NaN", "nan", "Inf", "inf"].iter().any(|w| start.contains(w));
+        let start: String = words
+            .chars()
+            .skip(column.saturating_sub(2))
+            .take(9)
+            .collect();
+        let is_word = ["NaN", "nan", "Inf", "inf"]
+            .iter()
+            .any(|w| start.contains(w));
         if is_word || error.to_string().starts_with("number out of range") {
             return CaptureFault::NotFinite { line, column };
         }
@@ -100,7 +106,9 @@ impl<'a> Fields<'a> {
         let Some(value) = self.get(field) else {
             return Ok(None);
         };
-        matrix(value).map(Some).ok_or_else(|| self.fault(field, shape))
+        matrix(value)
+            .map(Some)
+            .ok_or_else(|| self.fault(field, shape))
     }
 
     /// `N` numbers.
@@ -112,7 +120,9 @@ impl<'a> Fields<'a> {
         let Some(value) = self.get(field) else {
             return Ok(None);
         };
-        numbers(value).map(Some).ok_or_else(|| self.fault(field, shape))
+        numbers(value)
+            .map(Some)
+            .ok_or_else(|| self.fault(field, shape))
     }
 }
 

@@ -155,7 +155,9 @@ mod tests {
         let message = || read(&path, (4, 4)).unwrap_err().to_string();
         assert!(message().starts_with("cannot be read"));
         for (value, word) in [(0, "empty"), (255, "full")] {
-            GrayImage::from_pixel(4, 4, Luma([value])).save(&path).unwrap();
+            GrayImage::from_pixel(4, 4, Luma([value]))
+                .save(&path)
+                .unwrap();
             assert!(message().contains(word), "{}", message());
         }
         GrayImage::new(2, 4).save(&path).unwrap();

@@ -77,7 +77,13 @@ pub(crate) fn leaves(
             let root = UVec3::new(k % roots.x, k / roots.x % roots.y, k / (roots.x * roots.y));
             let mut found = Vec::new();
             let votes = field.all_undecided();
-            divide(field, grid, (root * ROOT, ROOT), &votes, (watch, &mut found))?;
+            divide(
+                field,
+                grid,
+                (root * ROOT, ROOT),
+                &votes,
+                (watch, &mut found),
+            )?;
             watch.advance(stage, 1);
             Ok(found)
         })

@@ -171,6 +171,11 @@ impl Looker<'_> {
         }
         let from = self.slack / to_eye.length();
         let is_hidden = self.tree.first_hit(point, to_eye, from, 1.0).is_some();
-        (!is_hidden).then(|| (image, trust * (cosine - LEAST_COSINE).powi(2) * cosine.powi(SHARPNESS)))
+        (!is_hidden).then(|| {
+            (
+                image,
+                trust * (cosine - LEAST_COSINE).powi(2) * cosine.powi(SHARPNESS),
+            )
+        })
     }
 }

@@ -140,7 +140,10 @@ impl Pinhole {
         if deviation > ROTATION_TOLERANCE {
             return Err(PinholeFault::NoRotation { deviation });
         }
-        if let Some(&value) = [focal.x, focal.y].iter().find(|v| v.is_finite() && **v <= 0.0) {
+        if let Some(&value) = [focal.x, focal.y]
+            .iter()
+            .find(|v| v.is_finite() && **v <= 0.0)
+        {
             return Err(PinholeFault::Focal { value });
         }
         let forward = axes[2].normalize_or_zero();
@@ -229,7 +232,9 @@ impl Pinhole {
     #[must_use]
     pub fn to_matrix(&self) -> Matrix34 {
         let rows = [
-            self.axes[0] * self.focal.x + self.axes[1] * self.skew + self.axes[2] * self.principal.x,
+            self.axes[0] * self.focal.x
+                + self.axes[1] * self.skew
+                + self.axes[2] * self.principal.x,
             self.axes[1] * self.focal.y + self.axes[2] * self.principal.y,
             self.axes[2],
         ];

@@ -98,7 +98,9 @@ pub fn disagreeing(residuals: &[Option<Residual>]) -> Vec<usize> {
     let usual = median(overlaps().map(|o| (o - middle).abs())).unwrap_or(0.0);
     let least = middle - (DEVIATIONS * usual).max(LEAST_DIFFERENCE);
     let is_below = |r: &Option<Residual>| r.is_some_and(|r| r.overlap < least);
-    (0..residuals.len()).filter(|&v| is_below(&residuals[v])).collect()
+    (0..residuals.len())
+        .filter(|&v| is_below(&residuals[v]))
+        .collect()
 }
 
 #[cfg(test)]

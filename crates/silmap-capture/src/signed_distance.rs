@@ -161,8 +161,8 @@ fn squared_distances(
                     break f64::NEG_INFINITY;
                 };
                 let (p, q) = (foot as f64, x as f64);
-                let meet = (f64::from(height) + q * q - f64::from(at_foot) - p * p)
-                    / (2.0 * (q - p));
+                let meet =
+                    (f64::from(height) + q * q - f64::from(at_foot) - p * p) / (2.0 * (q - p));
                 if starts.last().is_some_and(|&s| meet <= s) {
                     feet.pop();
                     starts.pop();

@@ -68,9 +68,9 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
 /// The photograph's name without folder and extension.
 fn view_name(file: &str) -> String {
     let path = Path::new(file);
-    let is_picture = path.extension().is_some_and(|e| {
-        EXTENSIONS.iter().any(|k| e.eq_ignore_ascii_case(k))
-    });
+    let is_picture = path
+        .extension()
+        .is_some_and(|e| EXTENSIONS.iter().any(|k| e.eq_ignore_ascii_case(k)));
     let name = if is_picture {
         path.file_stem()
     } else {
@@ -90,7 +90,9 @@ fn with_extension(path: &Path) -> PathBuf {
         name.push(extension);
         PathBuf::from(name)
     });
-    tried.find(|p| p.is_file()).unwrap_or_else(|| path.to_owned())
+    tried
+        .find(|p| p.is_file())
+        .unwrap_or_else(|| path.to_owned())
 }
 
 fn camera(

@@ -5,6 +5,7 @@
 
 mod applications;
 mod building;
+mod captures;
 mod groups;
 mod looking;
 mod manifest;
@@ -15,6 +16,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
 pub(crate) use building::{AttachArgs, BackendArg, BuildArgs, DemoArgs};
+pub(crate) use captures::CarveArgs;
 pub(crate) use groups::{
     AssetOfModelArgs, CameraArgs, InterpolationArgs, KeptPartsArgs, MendingArgs, MeshOutArgs,
     MethodArg, ModelArgs, OutputArgs, PoolArgs, TestPictureArgs,

@@ -7,7 +7,7 @@ use silmap_geometry::CoverageRule;
 use silmap_preprocess::capture::Backend;
 use silmap_preprocess::texture::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 
-use super::{KeptPartsArgs, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
+use super::{CarveArgs, KeptPartsArgs, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
 use crate::values::{Length, Share, parse_bytes, parse_length, parse_positive, parse_share};
 
 /// Makes everything on a model of its own: an asset, comparison pictures, a report.
@@ -252,11 +252,16 @@ impl From<BackendArg> for Backend {
     }
 }
 
-/// Makes an asset (.glb) out of a mesh.
+/// Makes an asset (.glb) out of a mesh, or out of a capture: photographs' cameras and masks.
 ///
 /// Reads OBJ, PLY, STL, OFF, glTF and GLB. The mesh must be closed and consistently oriented; `--close-holes` and
 /// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model. The error that is printed is over the
 /// captured views, where those that were kept count as right: `silmap evaluate` measures in between.
+///
+/// A capture is a folder that holds `cameras.json` (matrices) or `transforms.json` (NeRF, nerfstudio), or such a file, with a mask for
+/// each view: where the file names it, else `masks/NAME.png`, `masks/NAME.jpg.png`, or the photograph's alpha channel. The hull that all
+/// masks leave is carved, coloured from the photographs, and built like a mesh: for now all silhouettes of the asset are those of the
+/// carved hull, and none is a photograph's own. Lens distortion is not taken out. `--check` says how well the masks agree.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -264,9 +269,11 @@ Examples:
   silmap build torus.obj -o torus.glb --max-error 0.5% --coverage any --json
   silmap build --from bunny.glb --keep 64 -o smaller.glb
   silmap build --manifest models.jsonl --out-dir assets --resume --timeout 600
-  silmap build bunny.ply --params-from bunny.glb -o again.glb")]
+  silmap build bunny.ply --params-from bunny.glb -o again.glb
+  silmap build squirrel/ --check
+  silmap build squirrel/ -o squirrel.glb")]
 pub(crate) struct BuildArgs {
-    /// The mesh
+    /// The mesh, or the capture: a folder or a camera file
     #[arg(required_unless_present_any = ["from", "manifest"])]
     pub(crate) model: Option<PathBuf>,
     /// Take an asset instead of a mesh, and remove views until --keep or --max-error is met
@@ -281,7 +288,7 @@ pub(crate) struct BuildArgs {
         short,
         long,
         value_name = "OUT.glb",
-        required_unless_present = "manifest"
+        required_unless_present_any = ["manifest", "check"]
     )]
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
@@ -303,6 +310,8 @@ pub(crate) struct BuildArgs {
     /// measures otherwise
     #[arg(long)]
     pub(crate) uniform_curve: bool,
+    #[command(flatten)]
+    pub(crate) carving: CarveArgs,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `silmap build`: from a mesh to an asset.
+//! `silmap build`: from a mesh, or a capture, to an asset.
 
 use std::path::Path;
 use std::time::Instant;
@@ -18,6 +18,7 @@ use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
 
 use crate::args::{BackendArg, BuildArgs, usage_error};
+use crate::commands::captured::{self, CaptureJson, CarvedCapture};
 use crate::commands::{manifest, open_gpu};
 use crate::files::{check_model_of, load_model_with, load_options, read_asset};
 use crate::machine;
@@ -41,6 +42,9 @@ struct BuildJson<'a> {
     warnings: Vec<String>,
     /// The most memory that was in use at once; null where the system does not report it.
     peak_bytes: Option<u64>,
+    /// About the capture, where one was built.
+    #[serde(flatten)]
+    capture: Option<CaptureJson>,
 }
 
 /// How well the hull is painted; also a part of what `inspect` prints.
@@ -143,6 +147,9 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     }
     manifest::end_with_reader(&args.list)?;
     check_usage(args);
+    if let Some(capture) = args.model.as_ref().filter(|_| args.carving.check) {
+        return captured::check(capture, &args.carving, args.output.json);
+    }
     let file = OutputFile::check(args.out())?;
     if let Some(model) = &args.model {
         file.refuse_to_replace(model);
@@ -163,7 +170,13 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         // So that a missing adapter is known before the work, and by its own exit code.
         open_gpu()?;
     }
-    let model = load_model_with(model_path, &load_options)?;
+    let carved = silmap_capture::is_capture(model_path)
+        .then(|| CarvedCapture::of(model_path, &args.carving))
+        .transpose()?;
+    let model = match &carved {
+        Some(carved) => carved.model(),
+        None => load_model_with(model_path, &load_options)?,
+    };
     if let Some((asset, _)) = &recorded {
         check_model_of(asset, model_path, &model);
     }
@@ -194,11 +207,15 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         write: writing.elapsed().as_secs_f64(),
         total: started.elapsed().as_secs_f64(),
     };
+    let of_capture = carved.iter().flat_map(|c| c.warnings.iter().cloned());
     let of_mesh = model.warnings.iter().map(ToString::to_string);
     let of_build = report.warnings.iter().map(ToString::to_string);
-    let warnings = of_mesh.chain(of_build).collect();
-    let verified = Some(report.hull_check.encloses);
-    tell(args, &asset, (bytes.len(), seconds), (verified, warnings))
+    let found = Found {
+        hull_verified: Some(report.hull_check.encloses),
+        warnings: of_capture.chain(of_mesh).chain(of_build).collect(),
+        carved: carved.as_ref(),
+    };
+    tell(args, &asset, (bytes.len(), seconds), found)
 }
 
 /// An asset, and how it was built.
@@ -235,7 +252,12 @@ fn run_from(args: &BuildArgs, file: OutputFile, started: Instant) -> anyhow::Res
         total: started.elapsed().as_secs_f64(),
         ..SecondsJson::default()
     };
-    tell(args, &asset, (bytes.len(), seconds), (None, Vec::new()))
+    let found = Found {
+        hull_verified: None,
+        warnings: Vec::new(),
+        carved: None,
+    };
+    tell(args, &asset, (bytes.len(), seconds), found)
 }
 
 /// Options that are wrong together.
@@ -244,6 +266,17 @@ fn check_usage(args: &BuildArgs) {
         usage_error(
             ErrorKind::ValueValidation,
             "--keep cannot be more than --views",
+        );
+    }
+    let (carving, model) = (&args.carving, args.model.as_deref());
+    let is_of_captures = carving.check
+        || carving.no_photographs
+        || carving.voxels.is_some()
+        || carving.outvoted.is_some();
+    if is_of_captures && model.is_some_and(|m| m.is_file() && !silmap_capture::is_capture(m)) {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--check, --voxels, --outvoted and --no-photographs are for captures, and this is no folder and no .json file",
         );
     }
 }
@@ -279,11 +312,18 @@ pub(crate) fn add_uniform_curve(
     Ok(())
 }
 
+/// What there is to tell besides the asset.
+struct Found<'a> {
+    hull_verified: Option<bool>,
+    warnings: Vec<String>,
+    carved: Option<&'a CarvedCapture>,
+}
+
 fn tell(
     args: &BuildArgs,
     asset: &Asset,
     (bytes, seconds): (usize, SecondsJson),
-    (hull_verified, warnings): (Option<bool>, Vec<String>),
+    found: Found<'_>,
 ) -> anyhow::Result<()> {
     let record = &asset.record;
     let errors = record
@@ -301,6 +341,9 @@ fn tell(
             seconds.total,
             TextureJson::of(asset).describe(),
         ));
+        if let Some(carved) = found.carved {
+            output::say(&carved.describe());
+        }
         return Ok(());
     }
     output::print_json(&BuildJson {
@@ -311,7 +354,7 @@ fn tell(
         kept: asset.map.views.len(),
         hull_faces: asset.hull.faces.len(),
         volume_ratio: asset.hull.volume_ratio,
-        hull_verified,
+        hull_verified: found.hull_verified,
         textures: TextureJson::of(asset),
         error: ErrorJson {
             misclassified_mean: errors.mean,
@@ -319,8 +362,9 @@ fn tell(
             over: ERROR_OVER,
             views: record.captured_views,
         },
-        warnings,
+        warnings: found.warnings,
         peak_bytes: machine::peak_bytes(None),
+        capture: found.carved.map(|c| c.json(asset.map.views.len())),
     })
 }
 

@@ -4,6 +4,7 @@ mod align;
 mod attach;
 mod bench;
 mod build;
+mod captured;
 mod contour;
 mod demo;
 mod edges;

@@ -1,0 +1,285 @@
+//! Captures in the place of a mesh: read, carved, coloured; and what `build --check` prints about them.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::Context;
+use serde::Serialize;
+use silmap_capture::{
+    Capture, CaptureWarning, CarveParams, Carved, Painted, carve, disagreeing, median, paint, read,
+};
+use silmap_mesh_io::Loaded;
+
+use crate::args::CarveArgs;
+use crate::progress::Progress;
+use crate::{interrupt, machine, output};
+
+/// A capture and the hull that was carved from it.
+#[derive(Debug)]
+pub(crate) struct CarvedCapture {
+    pub(crate) capture: Capture,
+    pub(crate) carved: Carved,
+    pub(crate) painted: Option<Painted>,
+    /// What was odd, as sentences.
+    pub(crate) warnings: Vec<String>,
+}
+
+/// A mask beside the carved hull.
+#[derive(Debug, Serialize)]
+pub(crate) struct MaskJson {
+    name: String,
+    /// Intersection over union; null where the hull reaches behind the camera.
+    overlap: Option<f64>,
+    /// Pixels of the hull beside the mask, over those of the mask.
+    outvoted: Option<f64>,
+    /// Pixels of the mask beside the hull, over those of the mask.
+    missing: Option<f64>,
+}
+
+/// What `build` prints about a capture, besides what it prints about a mesh.
+#[derive(Debug, Serialize)]
+pub(crate) struct CaptureJson {
+    /// Views of the map whose silhouettes are a photograph's own: none yet.
+    views_seen: usize,
+    /// Views of the map whose silhouettes are those of the carved hull.
+    views_closed: usize,
+    masks: Vec<MaskJson>,
+    overlap: OverlapJson,
+    /// Views that may see a point beside their mask, and it is kept.
+    outvoted: u32,
+    /// Side of a voxel, length units of the cameras.
+    voxel: f64,
+    /// Photographs that coloured the hull.
+    photographs: usize,
+    /// Share of the carved surface's vertices that some photograph shows.
+    painted: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct OverlapJson {
+    smallest: Option<f64>,
+    median: Option<f64>,
+}
+
+/// What `build --check` prints.
+#[derive(Serialize)]
+struct CheckJson<'a> {
+    capture: &'a Path,
+    name: &'a str,
+    format: &'static str,
+    conventions: &'static str,
+    pixel_centre: f64,
+    /// Views in the file.
+    listed: usize,
+    /// Views with a mask.
+    views: usize,
+    photographs: usize,
+    distortion: &'static str,
+    masks: Vec<MaskJson>,
+    overlap: OverlapJson,
+    /// Views whose masks or cameras disagree with the rest.
+    disagree: Vec<&'a str>,
+    outvoted: u32,
+    voxel: f64,
+    hull: HullJson,
+    warnings: &'a [String],
+    seconds: f64,
+    peak_bytes: Option<u64>,
+}
+
+#[derive(Serialize)]
+struct HullJson {
+    faces: usize,
+    volume: f64,
+    /// Corners of the box around it, in the frame of the cameras.
+    bounds: [[f64; 3]; 2],
+}
+
+impl CarvedCapture {
+    /// Reads and carves a capture; prints its warnings.
+    ///
+    /// # Errors
+    /// One sentence with the file's name.
+    pub(crate) fn of(path: &Path, args: &CarveArgs) -> anyhow::Result<Self> {
+        let owned = path.to_owned();
+        // The error names the file.
+        let capture = interrupt::unless_stopped(move || read(&owned))??;
+        let params = CarveParams {
+            voxels: args.voxels.unwrap_or(CarveParams::default().voxels),
+            outvoted: args.outvoted,
+        };
+        let mut carved = Progress::new()
+            .watch(|watch| carve(&capture, &params, watch))
+            .with_context(|| capture.path.display().to_string())?;
+        let mut odd = capture.warnings.clone();
+        odd.append(&mut carved.warnings);
+        let mut found = Self {
+            capture,
+            carved,
+            painted: None,
+            warnings: Vec::new(),
+        };
+        if !(args.check || args.no_photographs) {
+            found.paint(&mut odd)?;
+        }
+        found.warnings = odd.iter().map(ToString::to_string).collect();
+        for warning in &found.warnings {
+            output::warn(&format!("{}: {warning}", found.capture.path.display()));
+        }
+        Ok(found)
+    }
+
+    fn paint(&mut self, odd: &mut Vec<CaptureWarning>) -> anyhow::Result<()> {
+        let mesh = self.carved.mesh.clone();
+        let (mesh, painted) =
+            Progress::new().watch(|watch| paint(mesh, &self.capture, odd, watch))?;
+        self.carved.mesh = mesh;
+        self.painted = Some(painted);
+        Ok(())
+    }
+
+    /// The carved hull as a model.
+    pub(crate) fn model(&self) -> Loaded {
+        Loaded {
+            mesh: self.carved.mesh.clone(),
+            name: self.capture.name.clone(),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn masks(&self) -> Vec<MaskJson> {
+        let pairs = self.capture.views.iter().zip(&self.carved.residuals);
+        pairs
+            .map(|(view, residual)| MaskJson {
+                name: view.name.clone(),
+                overlap: residual.map(|r| r.overlap),
+                outvoted: residual.map(|r| r.outvoted),
+                missing: residual.map(|r| r.missing),
+            })
+            .collect()
+    }
+
+    fn overlap(&self) -> OverlapJson {
+        let overlaps = || self.carved.residuals.iter().flatten().map(|r| r.overlap);
+        OverlapJson {
+            smallest: overlaps().min_by(f64::total_cmp),
+            median: median(overlaps()),
+        }
+    }
+
+    /// What is printed with an asset that keeps so many views.
+    pub(crate) fn json(&self, kept: usize) -> CaptureJson {
+        CaptureJson {
+            views_seen: 0,
+            views_closed: kept,
+            masks: self.masks(),
+            overlap: self.overlap(),
+            outvoted: self.carved.outvoted,
+            voxel: self.carved.voxel,
+            photographs: self.painted.map_or(0, |p| p.photographs),
+            painted: self.painted.map_or(0.0, |p| p.seen),
+        }
+    }
+
+    /// The agreement of hull and masks, in a few words.
+    pub(crate) fn describe(&self) -> String {
+        let overlap = self.overlap();
+        let shown =
+            |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3}"));
+        format!(
+            "{} masks overlap the carved hull by {} at least and {} in the median, {} outvoted",
+            self.capture.views.len(),
+            shown(overlap.smallest),
+            shown(overlap.median),
+            match self.carved.outvoted {
+                0 => "none".to_owned(),
+                k => format!("up to {k}"),
+            }
+        )
+    }
+}
+
+/// `build --check`.
+///
+/// # Errors
+/// One sentence with the file's name.
+pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Result<()> {
+    let started = Instant::now();
+    let found = CarvedCapture::of(path, args)?;
+    let (capture, carved) = (&found.capture, &found.carved);
+    let disagree: Vec<&str> = disagreeing(&carved.residuals)
+        .into_iter()
+        .map(|view| capture.views[view].name.as_str())
+        .collect();
+    let photographs = capture.views.iter().filter(|v| v.photo.is_some()).count();
+    let (bounds, origin) = (carved.mesh.bounds(), carved.mesh.origin());
+    if is_json {
+        return output::print_json(&CheckJson {
+            capture: &capture.path,
+            name: &capture.name,
+            format: capture.format.name(),
+            conventions: capture.format.conventions(),
+            pixel_centre: capture.pixel_centre,
+            listed: capture.listed,
+            views: capture.views.len(),
+            photographs,
+            distortion: "none",
+            masks: found.masks(),
+            overlap: found.overlap(),
+            disagree,
+            outvoted: carved.outvoted,
+            voxel: carved.voxel,
+            hull: HullJson {
+                faces: carved.mesh.mesh().faces.len(),
+                volume: carved.mesh.mesh().volume(),
+                bounds: [bounds.min, bounds.max].map(|corner| (corner + origin).to_array()),
+            },
+            warnings: &found.warnings,
+            seconds: started.elapsed().as_secs_f64(),
+            peak_bytes: machine::peak_bytes(None),
+        });
+    }
+    let mut lines = vec![
+        format!(
+            "{}: {}, {}, the first pixel's centre at {}, no distortion",
+            capture.path.display(),
+            capture.format.name(),
+            capture.format.conventions(),
+            capture.pixel_centre
+        ),
+        format!(
+            "{} views, {} with a mask, {photographs} with a photograph",
+            capture.listed,
+            capture.views.len()
+        ),
+        found.describe(),
+        format!(
+            "hull: volume {:.4e}, {} faces, voxels of {:.4e}",
+            carved.mesh.mesh().volume(),
+            carved.mesh.mesh().faces.len(),
+            carved.voxel
+        ),
+    ];
+    for mask in found.masks() {
+        let mark = if disagree.contains(&mask.name.as_str()) {
+            "  disagrees with the rest"
+        } else {
+            ""
+        };
+        lines.push(match (mask.overlap, mask.outvoted, mask.missing) {
+            (Some(overlap), Some(outvoted), Some(missing)) => format!(
+                "  {}: overlap {overlap:.4}, {:.2} % of the hull beside the mask, {:.2} % of the mask carved away{mark}",
+                mask.name,
+                100.0 * outvoted,
+                100.0 * missing
+            ),
+            _ => format!("  {}: the hull reaches behind its camera", mask.name),
+        });
+    }
+    lines.push(match disagree.len() {
+        0 => "no view disagrees with the rest".to_owned(),
+        count => format!("{count} disagree with the rest: {}", disagree.join(", ")),
+    });
+    lines.push(String::new());
+    output::print_bytes(lines.join("\n").as_bytes())
+}
