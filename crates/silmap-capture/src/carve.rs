@@ -86,6 +86,15 @@ pub enum CarveError {
         /// Views.
         views: usize,
     },
+    /// A hull that has little to do with the masks.
+    #[error(
+        "the masks do not agree with each other: the hull that they leave overlaps them by {overlap:.2} in the median; the cameras are \
+         probably read by a convention that is not theirs (direction of the pose, axes, order of rotation, mirrored pictures)"
+    )]
+    Incoherent {
+        /// Median of intersection over union.
+        overlap: f64,
+    },
     /// A camera in the object.
     #[error("view {view}: its camera is inside the object that the other masks leave")]
     EyeInside {
@@ -129,6 +138,9 @@ const MOST_WEIGHED: usize = 48;
 
 /// By how much the median overlap must become better for one more step.
 const WORTH: f64 = 0.001;
+
+/// Masks and cameras that overlap less, in the median, do not belong together.
+const LEAST_OVERLAP: f64 = 0.6;
 
 /// Room around the box that blocks leave, in shares of its longest side.
 const MARGIN: f64 = 0.01;
@@ -185,12 +197,17 @@ pub fn carve(
     };
     let mut warnings = Vec::new();
     let (mesh, grid) = carver.carve((outvoted, params.voxels), &mut warnings, watch)?;
+    let residuals = residuals(&mesh, &at_origin);
+    // A view that the hull reaches behind agrees with nothing.
+    let overlap = median(residuals.iter().map(|r| r.map_or(0.0, |r| r.overlap))).unwrap_or(0.0);
+    if overlap < LEAST_OVERLAP {
+        return Err(CarveError::Incoherent { overlap });
+    }
     let tree = Bvh::new(mesh.mesh());
     if let Some(view) = (at_origin.iter()).find(|v| tree.winding_number(v.camera.eye) != 0) {
         let view = view.name.clone();
         return Err(CarveError::EyeInside { view });
     }
-    let residuals = residuals(&mesh, &at_origin);
     let middle = median(residuals.iter().flatten().map(|r| r.overlap));
     for view in disagreeing(&residuals) {
         let overlap = residuals[view].map_or(0.0, |r| r.overlap);

@@ -10,7 +10,7 @@ use crate::field::{Block, Field, Place, Votes};
 pub(crate) const LEAF: u32 = 8;
 
 /// Cells along the side of the largest blocks.
-const ROOT: u32 = 64;
+const ROOT: u32 = 32;
 
 /// A grid of cubic cells over a box.
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,268 @@
+//! `silmap build` on captures: a generated one whose truth is known, and the real ones where they are.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "a test that cannot go on fails where it stands"
+)]
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{SMALL_BUILD, check_fields, check_one_sentence, path, run, run_json, scratch};
+use glam::{DVec2, DVec3};
+use image::{GrayImage, Luma, RgbImage};
+use serde_json::{Value, json};
+use silmap_capture::{Pinhole, silhouette};
+
+const SIZE: (u32, u32) = (160, 140);
+const VIEWS: usize = 14;
+
+/// Writes a capture of a torus: masks as by its cameras, photographs of one colour, both camera files.
+fn write_capture(folder: &Path) {
+    let model = silmap_models::torus(1200);
+    fs::create_dir_all(folder.join("masks")).unwrap();
+    fs::create_dir_all(folder.join("photos")).unwrap();
+    let (mut views, mut frames) = (Vec::new(), Vec::new());
+    for k in 0..VIEWS {
+        let (turn, height) = (2.4 * k as f64, -0.8 + 1.6 * (k as f64 + 0.5) / VIEWS as f64);
+        let ring = (1.0_f64 - height * height).sqrt();
+        let eye = 6.0 * DVec3::new(ring * turn.cos(), ring * turn.sin(), height);
+        let forward = -eye.normalize();
+        let right = forward.cross(DVec3::Z).normalize();
+        let axes = [right, forward.cross(right), forward];
+        let lens = (DVec2::new(240.0, 236.0), DVec2::new(76.0, 73.5));
+        let camera = Pinhole::from_pose(eye, axes, lens, SIZE).unwrap();
+        let mask = silhouette(&model, &camera).unwrap();
+        let value = |x: u32, y: u32| Luma([255 * u8::from(mask.get(x.into(), y.into()))]);
+        GrayImage::from_fn(SIZE.0, SIZE.1, value)
+            .save(folder.join(format!("masks/{k}.png")))
+            .unwrap();
+        RgbImage::from_pixel(SIZE.0, SIZE.1, image::Rgb([180, 90, 40]))
+            .save(folder.join(format!("photos/{k}.png")))
+            .unwrap();
+        views.push(json!({"name": k.to_string(), "P": camera.to_matrix(),
+            "mask": format!("masks/{k}.png"), "photo": format!("photos/{k}.png")}));
+        let column = |a: DVec3, c: usize| a[c];
+        let row = |c: usize| {
+            json!([
+                column(axes[0], c),
+                -column(axes[1], c),
+                -column(axes[2], c),
+                column(eye, c)
+            ])
+        };
+        frames.push(json!({"file_path": format!("photos/{k}"),
+            "transform_matrix": [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]}));
+    }
+    let matrices = json!({"name": "ring", "width": SIZE.0, "height": SIZE.1, "pixel_centre": 0.5,
+        "metric": true, "views": views});
+    let poses = json!({"w": SIZE.0, "h": SIZE.1, "fl_x": 240.0, "fl_y": 236.0, "cx": 76.0, "cy": 73.5,
+        "frames": frames});
+    fs::write(folder.join("cameras.json"), matrices.to_string()).unwrap();
+    fs::write(folder.join("transforms.json"), poses.to_string()).unwrap();
+}
+
+/// A change to the camera file.
+fn changed(folder: &Path, name: &str, change: impl Fn(&mut Value)) -> String {
+    let text = fs::read_to_string(folder.join("cameras.json")).unwrap();
+    let mut value: Value = serde_json::from_str(&text).unwrap();
+    change(&mut value);
+    let file = folder.join(name);
+    fs::write(&file, value.to_string()).unwrap();
+    path(&file).to_owned()
+}
+
+#[test]
+fn a_capture_is_checked_and_built() {
+    let folder = scratch("capture-build");
+    write_capture(&folder);
+    let check = run_json(&[
+        "build",
+        path(&folder),
+        "--check",
+        "--json",
+        "--voxels",
+        "48",
+    ]);
+    check_fields(
+        &check,
+        &[
+            "format",
+            "conventions",
+            "overlap.smallest",
+            "overlap.median",
+            "hull.volume",
+            "masks",
+        ],
+    );
+    assert_eq!(
+        (&check["views"], &check["photographs"]),
+        (&json!(14), &json!(14))
+    );
+    assert_eq!(check["disagree"], json!([]));
+    assert!(
+        check["overlap"]["smallest"].as_f64().unwrap() > 0.95,
+        "{check}"
+    );
+    // 2·π²·R·r² = 3.16, and the visual hull is a little more.
+    let volume = check["hull"]["volume"].as_f64().unwrap();
+    assert!((2.9..4.2).contains(&volume), "{volume}");
+    let poses = folder.join("transforms.json");
+    let by_poses = run_json(&["build", path(&poses), "--check", "--json", "--voxels", "48"]);
+    assert_eq!(by_poses["overlap"], check["overlap"]);
+
+    let build = |out: &str, threads: &str| {
+        let out = folder.join(out);
+        let mut words = vec!["build", path(&folder), "-o", path(&out), "--json"];
+        words.extend(["--voxels", "48", "--threads", threads]);
+        words.extend(SMALL_BUILD);
+        (run_json(&words), fs::read(&out).unwrap())
+    };
+    let ((told, first), (_, second)) = (build("one.glb", "1"), build("three.glb", "3"));
+    assert!(first == second, "threads change the bytes");
+    check_fields(
+        &told,
+        &[
+            "bytes",
+            "hull_faces",
+            "overlap.median",
+            "views_closed",
+            "masks",
+        ],
+    );
+    assert_eq!(
+        (&told["views_seen"], &told["photographs"]),
+        (&json!(0), &json!(14))
+    );
+    assert!(told["painted"].as_f64().unwrap() > 0.7, "{told}");
+}
+
+#[test]
+fn a_spoiled_mask_is_named() {
+    let folder = scratch("capture-spoiled");
+    write_capture(&folder);
+    let mask = folder.join("masks/5.png");
+    let mut picture = image::open(&mask).unwrap().into_luma8();
+    for (_, y, pixel) in picture.enumerate_pixels_mut() {
+        if y > 84 {
+            pixel.0 = [0];
+        }
+    }
+    picture.save(&mask).unwrap();
+    let words = [
+        "build",
+        path(&folder),
+        "--check",
+        "--json",
+        "--voxels",
+        "48",
+    ];
+    let check = run_json(&words);
+    assert_eq!(check["disagree"], json!(["5"]));
+    assert_eq!(check["outvoted"], json!(1));
+    let told = run(&words[..3]);
+    assert_eq!(told.code, 0, "{}", told.err);
+    assert!(
+        told.out.contains("1 disagree with the rest: 5"),
+        "{}",
+        told.out
+    );
+    assert!(told.err.contains("view 5 disagrees"), "{}", told.err);
+}
+
+#[test]
+fn broken_captures_end_in_one_sentence_and_write_nothing() {
+    let folder = scratch("capture-broken");
+    write_capture(&folder);
+    let black = folder.join("masks/black.png");
+    GrayImage::new(SIZE.0, SIZE.1).save(&black).unwrap();
+    let white = folder.join("masks/white.png");
+    GrayImage::from_pixel(SIZE.0, SIZE.1, Luma([255]))
+        .save(&white)
+        .unwrap();
+    let set =
+        |key: &'static str, value: Value| move |v: &mut Value| v["views"][2][key] = value.clone();
+    let files = [
+        (
+            changed(&folder, "a.json", set("mask", "masks/no.png".into())),
+            "masks/no.png",
+        ),
+        (
+            changed(&folder, "b.json", set("mask", "masks/black.png".into())),
+            "is empty",
+        ),
+        (
+            changed(&folder, "c.json", set("mask", "masks/white.png".into())),
+            "is full",
+        ),
+        (
+            changed(&folder, "d.json", |v| v["height"] = 139.into()),
+            "160 × 140",
+        ),
+        (
+            changed(
+                &folder,
+                "e.json",
+                set("P", json!([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]])),
+            ),
+            "rank 0",
+        ),
+        (
+            changed(&folder, "f.json", set("P", json!([[1, 2], [3, 4]]))),
+            "3×4, and is 2×2",
+        ),
+        (
+            changed(&folder, "g.json", |v| {
+                v["views"].as_array_mut().unwrap().truncate(1);
+            }),
+            "1 of 1 views has a mask",
+        ),
+    ];
+    let out = folder.join("out.glb");
+    for (file, words) in &files {
+        let ended = run(&["build", file, "-o", path(&out)]);
+        check_one_sentence(&ended, file);
+        assert!(ended.err.contains(words), "{words}: {}", ended.err);
+        assert!(!out.exists(), "{file}");
+    }
+    // Options of captures mean nothing for a mesh.
+    let mesh = folder.join("torus.ply");
+    let made = run(&["generate", "torus", "--faces", "500", "-o", path(&mesh)]);
+    assert_eq!(made.code, 0, "{}", made.err);
+    assert_eq!(run(&["build", path(&mesh), "--check"]).code, 2);
+}
+
+#[test]
+fn real_captures_overlap_their_masks() {
+    for (name, smallest, usual) in [
+        ("squirrel", 0.96, 0.975),
+        ("plaster-dinosaur/ring", 0.97, 0.98),
+    ] {
+        let Some(folder) = common::outside::shared(&format!("captures/{name}")) else {
+            continue;
+        };
+        let check = run_json(&[
+            "build",
+            path(&folder),
+            "--check",
+            "--json",
+            "--voxels",
+            "128",
+        ]);
+        let overlap = |key: &str| check["overlap"][key].as_f64().unwrap();
+        assert!(
+            overlap("smallest") > smallest,
+            "{name}: {}",
+            check["overlap"]
+        );
+        assert!(overlap("median") > usual, "{name}: {}", check["overlap"]);
+        assert_eq!(check["disagree"], json!([]), "{name}");
+    }
+    if let Some(folder) = common::outside::shared("captures/toy-dinosaur") {
+        let ended = run(&["build", path(&folder), "--check"]);
+        check_one_sentence(&ended, "toy-dinosaur");
+        assert!(ended.err.contains("projective"), "{}", ended.err);
+    }
+}
