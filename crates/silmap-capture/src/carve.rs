@@ -1,7 +1,7 @@
 //! Carving: the visual hull of all masks but a few bad ones, as a closed mesh.
 //!
 //! How many votes may be wrong is found by trying: more are allowed as long as the median overlap with the masks becomes better by
-//! [`WORTH`]. Noise carves away what one view in a hundred does not show, and then most masks reach beyond the hull; votes that are
+//! [`WORTH`]. Before that, a view that alone carves away much of what all others keep is left out: its mask or its camera is wrong. Noise carves away what one view in a hundred does not show, and then most masks reach beyond the hull; votes that are
 //! not needed make the hull larger than most masks.
 
 use glam::DVec3;
@@ -127,6 +127,21 @@ const LEAST_SEEN: f64 = 0.25;
 /// With fewer views none is outvoted: each bounds the object where no other does.
 const VOTES_FROM: usize = 12;
 
+/// With fewer views none is left out.
+const SPOILED_FROM: usize = 6;
+
+/// A view is suspect when a hull that may outvote one reaches so much farther beside its mask than beside the others', in shares of the mask...
+const LEAST_SPOILED: f64 = 0.03;
+
+/// ... and in usual deviations of that share.
+const DEVIATIONS: f64 = 6.0;
+
+/// So many are looked at, those first that reach farthest.
+const MOST_SUSPECTS: usize = 8;
+
+/// A suspect is left out when so much more of the others' masks is covered without it, on average.
+const WORTH_LEAVING_OUT: f64 = 0.004;
+
 /// At most this share of the views is outvoted unless the caller says so.
 const MOST_OUTVOTED: f64 = 1.0 / 12.0;
 
@@ -186,16 +201,23 @@ pub fn carve(
     let voting: Vec<FieldView> = (at_origin.par_iter())
         .map(|view| FieldView::new(view.camera, &view.mask))
         .collect();
-    let carver = Carver {
-        views: &at_origin,
-        voting: &voting,
+    let mut carver = Carver {
+        views: at_origin.iter().collect(),
+        voting: voting.iter().collect(),
         around: around.map(|corner| corner - origin),
     };
+    let mut warnings = Vec::new();
     let outvoted = match params.outvoted {
         Some(k) => k as usize,
-        None => carver.weigh(watch)?,
+        None => {
+            let spoiled = carver.spoiled(watch)?;
+            carver.leave_out(&spoiled);
+            warnings.extend(spoiled.iter().map(|&v| CaptureWarning::LeftOut {
+                view: at_origin[v].name.clone(),
+            }));
+            carver.weigh(watch)?
+        }
     };
-    let mut warnings = Vec::new();
     let (mesh, grid) = carver.carve((outvoted, params.voxels), &mut warnings, watch)?;
     let residuals = residuals(&mesh, &at_origin);
     // A view that the hull reaches behind agrees with nothing.
@@ -237,8 +259,8 @@ fn origin_for([low, high]: [DVec3; 2]) -> DVec3 {
 
 /// Views and their votes, in coordinates about the origin.
 struct Carver<'a> {
-    views: &'a [CaptureView],
-    voting: &'a [FieldView],
+    views: Vec<&'a CaptureView>,
+    voting: Vec<&'a FieldView>,
     around: [DVec3; 2],
 }
 
@@ -246,11 +268,70 @@ impl Carver<'_> {
     fn field(&self, outvoted: usize) -> Field<'_> {
         let count = self.voting.len();
         Field {
-            views: self.voting,
+            views: &self.voting,
             outvoted,
             least_seen: ((LEAST_SEEN * count as f64).ceil() as usize)
                 .max(2)
                 .max(outvoted + 1),
+        }
+    }
+
+    /// The views that alone carve away much of what all others keep.
+    fn spoiled(&self, watch: &Watch<'_>) -> Result<Vec<usize>, CarveError> {
+        let count = self.views.len();
+        if count < SPOILED_FROM {
+            return Ok(Vec::new());
+        }
+        // What one view alone carves away is there when one may be wrong.
+        let (mesh, _) = match self.carve((1, TRIAL_VOXELS), &mut Vec::new(), &watch.quiet()) {
+            Err(CarveError::Empty { .. }) => return Ok(Vec::new()),
+            other => other?,
+        };
+        let beside: Vec<f64> = residuals(&mesh, self.views.iter().copied())
+            .iter()
+            .map(|r| r.map_or(0.0, |r| r.outvoted))
+            .collect();
+        let usual = median(beside.iter().copied()).unwrap_or(0.0);
+        let spread = median(beside.iter().map(|b| (b - usual).abs())).unwrap_or(0.0);
+        let most = usual + (DEVIATIONS * spread).max(LEAST_SPOILED);
+        let mut suspects: Vec<usize> = (0..count).filter(|&v| beside[v] > most).collect();
+        suspects.sort_by(|&a, &b| beside[b].total_cmp(&beside[a]));
+        suspects.truncate(MOST_SUSPECTS.min(count / 5));
+        // A view may be alone in bounding the object, and right. Then the others' masks are covered with it and without.
+        let mut spoiled = Vec::new();
+        for view in suspects {
+            let mut others = Carver {
+                views: self.views.clone(),
+                voting: self.voting.clone(),
+                around: self.around,
+            };
+            others.leave_out(&[view]);
+            let without = others.missing(&others.views, watch)?;
+            let with = self.missing(&others.views, watch)?;
+            if with - without > WORTH_LEAVING_OUT {
+                spoiled.push(view);
+            }
+        }
+        spoiled.sort_unstable();
+        Ok(spoiled)
+    }
+
+    /// The mean share of the masks that a hull which outvotes none does not cover.
+    fn missing(&self, of: &[&CaptureView], watch: &Watch<'_>) -> Result<f64, CarveError> {
+        let (mesh, _) = match self.carve((0, TRIAL_VOXELS), &mut Vec::new(), &watch.quiet()) {
+            Err(CarveError::Empty { .. }) => return Ok(1.0),
+            other => other?,
+        };
+        let found = residuals(&mesh, of.iter().copied());
+        let missing = found.iter().map(|r| r.map_or(0.0, |r| r.missing));
+        Ok(missing.sum::<f64>() / of.len().max(1) as f64)
+    }
+
+    /// Takes the votes of some views away.
+    fn leave_out(&mut self, views: &[usize]) {
+        for &view in views.iter().rev() {
+            self.views.remove(view);
+            self.voting.remove(view);
         }
     }
 
@@ -270,7 +351,7 @@ impl Carver<'_> {
             steps.push(next);
         }
         let stride = count.div_ceil(MOST_WEIGHED);
-        let weighed: Vec<CaptureView> = self.views.iter().step_by(stride).cloned().collect();
+        let weighed = || self.views.iter().step_by(stride).copied();
         watch.start(VOTES, steps.len() as u64);
         let (mut best, mut best_overlap) = (0, 0.0);
         for outvoted in steps {
@@ -281,7 +362,7 @@ impl Carver<'_> {
                 Err(CarveError::Empty { .. }) => continue,
                 Err(error) => return Err(error),
             };
-            let found = residuals(&mesh, &weighed);
+            let found = residuals(&mesh, weighed());
             let overlap = median(found.iter().flatten().map(|r| r.overlap)).unwrap_or(0.0);
             if overlap > best_overlap + WORTH {
                 (best, best_overlap) = (outvoted, overlap);

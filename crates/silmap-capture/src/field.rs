@@ -127,7 +127,7 @@ pub(crate) enum Place {
 /// The field of some views.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Field<'a> {
-    pub(crate) views: &'a [FieldView],
+    pub(crate) views: &'a [&'a FieldView],
     /// So many views may say that a point is outside, and it is inside.
     pub(crate) outvoted: usize,
     /// A point that fewer views see is outside.

@@ -21,7 +21,11 @@ pub struct Residual {
 
 /// The residual of each view; `None` where a part of the hull lies behind its camera.
 #[must_use]
-pub fn residuals(hull: &ClosedMesh, views: &[CaptureView]) -> Vec<Option<Residual>> {
+pub fn residuals<'a>(
+    hull: &ClosedMesh,
+    views: impl IntoIterator<Item = &'a CaptureView>,
+) -> Vec<Option<Residual>> {
+    let views: Vec<&CaptureView> = views.into_iter().collect();
     views
         .par_iter()
         .map(|view| {

@@ -206,7 +206,7 @@ fn the_hull_holds_the_model_and_agrees_with_every_mask() {
 }
 
 #[test]
-fn one_spoiled_mask_is_outvoted_and_named() {
+fn one_spoiled_mask_is_left_out_and_named() {
     let mut capture = capture(24);
     let clean = carved(&capture, None).unwrap();
     assert_eq!(clean.outvoted, 0);
@@ -217,7 +217,11 @@ fn one_spoiled_mask_is_outvoted_and_named() {
         mask.row_mut(y).fill(0);
     }
     let found = carved(&capture, None).unwrap();
-    assert_eq!(found.outvoted, 1);
+    assert_eq!(found.outvoted, 0);
+    let left_out = CaptureWarning::LeftOut {
+        view: "view_05".to_owned(),
+    };
+    assert!(found.warnings.contains(&left_out), "{:?}", found.warnings);
     let is_named = |w: &CaptureWarning| matches!(w, CaptureWarning::Disagrees { view, .. } if view == "view_05");
     let named = found.warnings.iter().filter(|w| is_named(w)).count();
     let all = found

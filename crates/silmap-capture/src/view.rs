@@ -95,6 +95,11 @@ pub enum CaptureWarning {
         /// The median over all views.
         median: f64,
     },
+    /// A view that alone carves away much of what all others keep has no vote.
+    LeftOut {
+        /// The view's name.
+        view: String,
+    },
     /// Small pieces beside the largest were left out.
     Pieces {
         /// How many.
@@ -119,6 +124,10 @@ impl std::fmt::Display for CaptureWarning {
                 f,
                 "view {view} disagrees with the rest: its mask overlaps the carved hull by {overlap:.3}, the median is {median:.3}; \
                  its mask or its camera may be wrong"
+            ),
+            Self::LeftOut { view } => write!(
+                f,
+                "view {view} is left out: it alone carves away much of what all other masks keep"
             ),
             Self::Pieces { count } => write!(
                 f,
