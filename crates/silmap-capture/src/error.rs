@@ -15,7 +15,7 @@ pub struct CaptureError {
     /// The file or folder at fault.
     pub path: PathBuf,
     /// What is wrong with it.
-    pub fault: CaptureFault,
+    pub fault: Box<CaptureFault>,
 }
 
 /// What is wrong with a capture's file or folder.

@@ -36,7 +36,10 @@ pub fn is_capture(path: &Path) -> bool {
 pub fn read(path: &Path) -> Result<Capture, CaptureError> {
     let fault_at = |path: &Path| {
         let path = path.to_owned();
-        move |fault| CaptureError { path, fault }
+        move |fault| CaptureError {
+            path,
+            fault: Box::new(fault),
+        }
     };
     let file = camera_file(path).map_err(fault_at(path))?;
     let folder = match file.parent() {

@@ -338,9 +338,7 @@ mod tests {
     fn a_mirrored_picture_has_a_negative_focal_length() {
         let mut matrix = camera().to_matrix();
         // Columns counted from the right.
-        for k in 0..4 {
-            matrix[0][k] = 640.0 * matrix[2][k] - matrix[0][k];
-        }
+        matrix[0] = std::array::from_fn(|k| 640.0 * matrix[2][k] - matrix[0][k]);
         let mirrored = Pinhole::from_matrix(&matrix, 0.0, (640, 480)).unwrap();
         assert!((mirrored.focal.x + 800.0).abs() < 1e-8);
         let point = camera().eye + camera().direction(DVec2::new(100.0, 50.0));

@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn distances_are_those_of_a_search_over_all_pixels() {
-        let is_site = |x: usize, y: usize| (x * 7 + y * 13 + x * y) % 11 == 0 && x > 3;
+        let is_site = |x: usize, y: usize| (x * 7 + y * 13 + x * y).is_multiple_of(11) && x > 3;
         let found = squared_distances(23, 17, is_site);
         for y in 0..17_usize {
             for x in 0..23_usize {

@@ -23,8 +23,8 @@ fn cameras(count: usize) -> Vec<Pinhole> {
             let height = -0.8 + 1.6 * (k as f64 + 0.5) / count as f64;
             let ring = (1.0 - height * height).sqrt();
             let eye = 6.0 * DVec3::new(ring * turn.cos(), ring * turn.sin(), height);
-            let forward = -eye.normalize();
-            let right = forward.cross(DVec3::Z).normalize();
+            let forward = -eye.normalize_or_zero();
+            let right = forward.cross(DVec3::Z).normalize_or_zero();
             let down = forward.cross(right);
             let roll = DQuat::from_axis_angle(forward, 0.3 * k as f64);
             let axes = [right, down, forward].map(|a| roll * a);
@@ -374,7 +374,7 @@ fn broken_files_end_in_one_sentence() {
         fs::write(&path, good.replacen("180", word, 1)).unwrap();
         let told = read(&path).unwrap_err();
         assert!(
-            matches!(told.fault, CaptureFault::NotFinite { .. }),
+            matches!(*told.fault, CaptureFault::NotFinite { .. }),
             "{told}"
         );
     }

@@ -29,8 +29,8 @@ fn write_capture(folder: &Path) {
         let (turn, height) = (2.4 * k as f64, -0.8 + 1.6 * (k as f64 + 0.5) / VIEWS as f64);
         let ring = (1.0_f64 - height * height).sqrt();
         let eye = 6.0 * DVec3::new(ring * turn.cos(), ring * turn.sin(), height);
-        let forward = -eye.normalize();
-        let right = forward.cross(DVec3::Z).normalize();
+        let forward = -eye.normalize_or_zero();
+        let right = forward.cross(DVec3::Z).normalize_or_zero();
         let axes = [right, forward.cross(right), forward];
         let lens = (DVec2::new(240.0, 236.0), DVec2::new(76.0, 73.5));
         let camera = Pinhole::from_pose(eye, axes, lens, SIZE).unwrap();
