@@ -21,7 +21,7 @@ pub const PAINT: Stage = Stage("colouring from photographs");
 const SHARPNESS: i32 = 6;
 
 /// Views more oblique than this cosine are not asked.
-const LEAST_COSINE: f64 = 0.2;
+const LEAST_COSINE: f64 = 0.1;
 
 /// Nearer to the mask's border than the first a view has no weight, farther than the second all of it, pixels.
 const BORDER_PX: [f64; 2] = [1.5, 6.0];
@@ -129,9 +129,9 @@ fn albedos(sums: &[([f64; 3], f64)], normals: &[DVec3]) -> Vec<[f32; 3]> {
     for ((sum, weight), &normal) in sums.iter().zip(normals) {
         if *weight > 0.0 {
             for (m, s) in mean.0.iter_mut().zip(sum) {
-                *m += s / weight / light(normal);
+                *m += s / weight;
             }
-            mean.1 += 1.0;
+            mean.1 += light(normal);
         }
     }
     let unseen = mean.0.map(|m| (m / mean.1) as f32);

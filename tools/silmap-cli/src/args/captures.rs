@@ -4,19 +4,18 @@ use clap::Args;
 
 /// How a capture is carved.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Captures")]
 pub(crate) struct CarveArgs {
     /// Print what was understood of a capture and how well its masks agree with each other, and build nothing
-    #[arg(long, conflicts_with_all = ["from", "manifest", "params_from", "out", "uniform_curve"])]
+    #[arg(long, help_heading = "Captures", conflicts_with_all = ["from", "manifest", "params_from", "out", "uniform_curve"])]
     pub(crate) check: bool,
     /// Voxels along the longest side of the object; the surface lies between them to a part of a voxel [default: 160]
-    #[arg(long, value_name = "N", conflicts_with_all = ["from", "manifest"], value_parser = clap::value_parser!(u32).range(16..=1024))]
+    #[arg(long, help_heading = "Captures", value_name = "N", conflicts_with_all = ["from", "manifest"], value_parser = clap::value_parser!(u32).range(16..=1024))]
     pub(crate) voxels: Option<u32>,
     /// So many views may see a point beside their mask, and it is kept all the same [default: as many as the masks need, at most a
     /// twelfth of the views, none of fewer than 12]
-    #[arg(long, value_name = "N", conflicts_with_all = ["from", "manifest"])]
+    #[arg(long, help_heading = "Captures", value_name = "N", conflicts_with_all = ["from", "manifest"])]
     pub(crate) outvoted: Option<u32>,
     /// Take no colours from the photographs: the hull is lit instead
-    #[arg(long, conflicts_with_all = ["from", "manifest"])]
+    #[arg(long, help_heading = "Captures", conflicts_with_all = ["from", "manifest"])]
     pub(crate) no_photographs: bool,
 }
