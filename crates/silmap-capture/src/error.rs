@@ -50,6 +50,14 @@ pub enum CaptureFault {
         /// Column, from one.
         column: usize,
     },
+    /// A line of a file of text that cannot be understood.
+    #[error("line {line}: {reason}")]
+    Line {
+        /// Its number, from one.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A list of views with nothing in it.
     #[error("it has no views")]
     NoViews,

@@ -11,22 +11,31 @@ use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::{CaptureError, CaptureFault, MaskFault};
 use crate::json::{self, Fields};
 use crate::view::{CameraFormat, Capture, CaptureView, CaptureWarning};
-use crate::{cameras_json, mask_file, transforms_json};
+use crate::{cameras_json, mask_file, middlebury, transforms_json};
 
 /// Names that are looked for in a folder, the first that is there wins.
 const FILES: [&str; 2] = ["cameras.json", "transforms.json"];
 
-const KNOWN: &str = "cameras.json or transforms.json";
+/// What the names of Middlebury's camera files end in; such a file is taken where none of the others is there.
+const MIDDLEBURY: &str = "_par.txt";
+
+const KNOWN: &str = "cameras.json or transforms.json or a *_par.txt";
 
 /// Extensions of masks that are found by convention.
 const MASK_EXTENSIONS: [&str; 2] = ["png", "webp"];
 
-/// Whether a path is to be read as a capture rather than as a mesh: a folder, or a file whose name ends in `.json`.
+/// Whether a path is to be read as a capture rather than as a mesh: a folder, or a file whose name ends in `.json` or `_par.txt`.
 #[must_use]
 pub fn is_capture(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
-        || path.is_dir()
+    let is_json = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    is_json || is_middlebury(path) || path.is_dir()
+}
+
+fn is_middlebury(path: &Path) -> bool {
+    let name = path.file_name().map(|n| n.to_string_lossy());
+    name.is_some_and(|n| n.ends_with(MIDDLEBURY))
 }
 
 /// Reads a capture: a camera file, or a folder that holds one; and the masks.
@@ -49,7 +58,13 @@ pub fn read(path: &Path) -> Result<Capture, CaptureError> {
     let text = input::read_text(&file)
         .map_err(CaptureFault::Unreadable)
         .map_err(fault_at(&file))?;
-    let (format, declared) = declared(&text, &folder).map_err(fault_at(&file))?;
+    let understood = if is_middlebury(&file) {
+        let size_of = |photo: &Path| size_by_pictures(photo, &folder);
+        middlebury::read(&text, &folder, &size_of).map(|d| (CameraFormat::Middlebury, d))
+    } else {
+        declared(&text, &folder)
+    };
+    let (format, declared) = understood.map_err(fault_at(&file))?;
     let capture = with_masks(declared, (format, &file, &folder));
     capture.map_err(fault_at(&file))
 }
@@ -60,8 +75,18 @@ fn camera_file(path: &Path) -> Result<PathBuf, CaptureFault> {
         return Ok(path.to_owned());
     }
     let mut files = FILES.iter().map(|name| path.join(name));
-    let found = files.find(|file| file.is_file());
-    found.ok_or(CaptureFault::NoCameraFile { known: KNOWN })
+    if let Some(found) = files.find(|file| file.is_file()) {
+        return Ok(found);
+    }
+    let entries = fs::read_dir(path).map_err(CaptureFault::Unreadable)?;
+    let mut others: Vec<PathBuf> = entries
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .filter(|file| is_middlebury(file) && file.is_file())
+        .collect();
+    // The order in a folder is the file system's own.
+    others.sort();
+    let first = others.into_iter().next();
+    first.ok_or(CaptureFault::NoCameraFile { known: KNOWN })
 }
 
 fn declared(text: &str, folder: &Path) -> Result<(CameraFormat, Declared), CaptureFault> {
@@ -183,6 +208,12 @@ fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<Mask>, Capture
         Some(photo) => mask_file::read_alpha(photo, size).map_err(fault(photo)),
         None => Ok(None),
     }
+}
+
+/// Columns and rows of a photograph, or of the mask that is found by convention.
+fn size_by_pictures(photo: &Path, folder: &Path) -> Option<(u32, u32)> {
+    let mut places = std::iter::once(photo.to_owned()).chain(conventional(photo, folder));
+    places.find_map(|path| mask_file::size_of(&path))
 }
 
 /// `masks/NAME.png` and `masks/NAME.jpg.png`, in the capture's folder and beside the photograph's.

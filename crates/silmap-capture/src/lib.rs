@@ -11,6 +11,7 @@
 //! |---|---|---|---|---|---|---|
 //! | `cameras.json` | world to camera: `P` = s·K·\[R t\], s > 0; or `K`, `R`, `t` | x right, y down, z forward | `pixel_centre`, 0.5 where it is missing; the image is shifted by ½ − `pixel_centre` | in `P` or `K`: unequal focal lengths, principal point, skew | Hartley, Zisserman, Multiple View Geometry, 2nd ed., eq. 6.11; the layout is this project's | `matrices_are_read_as_written` |
 //! | `transforms.json` | camera to world: `transform_matrix`, 4×4 or 3×4 | x right, y **up**, z **backward** (OpenGL, Blender) | 0.5: `cx`, `cy` count from the corner | `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h` for the file or a frame; `camera_angle_x` where `fl_x` is missing | nerfstudio, docs, "Data conventions"; instant-ngp, docs, `nerf_dataset_tips` | `poses_of_nerf_are_read_as_written`, `both_files_of_one_capture_agree` |
+//! | `*_par.txt` | world to camera: `name`, K, R, t | x right, y down, z forward | 0.0 | in K | Seitz et al., CVPR 2006, and the sets' `README.txt` | `lines_of_middlebury_are_read_as_written` |
 //!
 //! Masks: white, or opaque, is the object. Outside of an image is unknown, and not background.
 
@@ -23,6 +24,7 @@ mod field;
 mod folder;
 mod json;
 mod mask_file;
+mod middlebury;
 mod octree;
 mod paint;
 mod pinhole;

@@ -186,6 +186,41 @@ fn both_files_of_one_capture_agree() {
 }
 
 #[test]
+fn lines_of_middlebury_are_read_as_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = capture(3);
+    write(&made, folder.path(), 0.5);
+    let mut text = "3\n".to_owned();
+    for view in &made.views {
+        let camera = &view.camera;
+        // The first pixel's centre is at zero.
+        let (f, c) = (camera.focal, camera.principal - DVec2::splat(0.5));
+        let mut numbers = vec![f.x, 0.0, c.x, 0.0, f.y, c.y, 0.0, 0.0, 1.0];
+        numbers.extend(camera.axes.iter().flat_map(|axis| axis.to_array()));
+        numbers.extend(camera.axes.map(|axis| -axis.dot(camera.eye)));
+        let words: Vec<String> = numbers.iter().map(|v| format!("{v:?}")).collect();
+        text += &format!("{}.png {}\n", view.name, words.join(" "));
+    }
+    let path = folder.path().join("torus_par.txt");
+    fs::write(&path, &text).unwrap();
+    let found = read(&path).unwrap();
+    assert_eq!(found.format, CameraFormat::Middlebury);
+    for (a, b) in found.views.iter().zip(&made.views) {
+        assert_eq!((&a.name, &a.mask), (&b.name, &b.mask));
+        assert_alike(&a.camera, &b.camera);
+    }
+    let told = |text: &str| {
+        fs::write(&path, text).unwrap();
+        read(&path).unwrap_err().to_string()
+    };
+    assert!(told(&text.replacen('3', "4", 1)).contains("says 4 images, and 3 follow"));
+    assert!(told(&text.replacen("1.0 ", "", 1)).contains("line 2: a name and 21 numbers"));
+    assert!(told(&text.replacen("1.0 ", "one ", 1)).contains("line 2: \"one\" is no number"));
+    assert!(told(&text.replacen("1.0 ", "NaN ", 1)).contains("not finite"));
+    assert!(told("").contains("no views"));
+}
+
+#[test]
 fn the_hull_holds_the_model_and_agrees_with_every_mask() {
     let found = carved(&capture(20), Some(0)).unwrap();
     let tree = Bvh::new(found.mesh.mesh());

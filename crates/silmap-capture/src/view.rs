@@ -14,6 +14,8 @@ pub enum CameraFormat {
     CamerasJson,
     /// `transforms.json` of NeRF, instant-ngp and nerfstudio.
     TransformsJson,
+    /// `*_par.txt` of Middlebury's multi-view stereo sets.
+    Middlebury,
 }
 
 impl CameraFormat {
@@ -23,6 +25,7 @@ impl CameraFormat {
         match self {
             Self::CamerasJson => "cameras.json (matrices)",
             Self::TransformsJson => "transforms.json (NeRF)",
+            Self::Middlebury => "*_par.txt (Middlebury)",
         }
     }
 
@@ -30,7 +33,7 @@ impl CameraFormat {
     #[must_use]
     pub fn conventions(self) -> &'static str {
         match self {
-            Self::CamerasJson => "world to camera, x right, y down, z forward",
+            Self::CamerasJson | Self::Middlebury => "world to camera, x right, y down, z forward",
             Self::TransformsJson => "camera to world, x right, y up, z backward",
         }
     }

@@ -258,8 +258,8 @@ impl From<BackendArg> for Backend {
 /// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model. The error that is printed is over the
 /// captured views, where those that were kept count as right: `silmap evaluate` measures in between.
 ///
-/// A capture is a folder that holds `cameras.json` (matrices) or `transforms.json` (NeRF, nerfstudio), or such a file, with a mask for
-/// each view: where the file names it, else `masks/NAME.png`, `masks/NAME.jpg.png`, or the photograph's alpha channel. The hull that all
+/// A capture is a folder that holds `cameras.json` (matrices), `transforms.json` (NeRF, nerfstudio) or `*_par.txt` (Middlebury), or such a
+/// file, with a mask for each view: where the file names it, else `masks/NAME.png`, `masks/NAME.jpg.png`, or the photograph's alpha channel. The hull that all
 /// masks leave is carved, coloured from the photographs, and built like a mesh: for now all silhouettes of the asset are those of the
 /// carved hull, and none is a photograph's own. Lens distortion is not taken out. `--check` says how well the masks agree.
 #[derive(Debug, Args)]

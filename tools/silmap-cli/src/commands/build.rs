@@ -276,7 +276,7 @@ fn check_usage(args: &BuildArgs) {
     if is_of_captures && model.is_some_and(|m| m.is_file() && !silmap_capture::is_capture(m)) {
         usage_error(
             ErrorKind::ArgumentConflict,
-            "--check, --voxels, --outvoted and --no-photographs are for captures, and this is no folder and no .json file",
+            "--check, --voxels, --outvoted and --no-photographs are for captures, and this is neither a folder nor a camera file",
         );
     }
 }
