@@ -157,6 +157,9 @@ const WORTH: f64 = 0.001;
 /// Masks and cameras that overlap less, in the median, do not belong together.
 const LEAST_OVERLAP: f64 = 0.6;
 
+/// Real sets with good cameras reach 0.97 to 0.99; this little is said.
+const POOR_OVERLAP: f64 = 0.93;
+
 /// Room around the box that blocks leave, in shares of its longest side.
 const MARGIN: f64 = 0.01;
 
@@ -224,6 +227,9 @@ pub fn carve(
     let overlap = median(residuals.iter().map(|r| r.map_or(0.0, |r| r.overlap))).unwrap_or(0.0);
     if overlap < LEAST_OVERLAP {
         return Err(CarveError::Incoherent { overlap });
+    }
+    if overlap < POOR_OVERLAP {
+        warnings.push(CaptureWarning::PoorOverlap { median: overlap });
     }
     let tree = Bvh::new(mesh.mesh());
     if let Some(view) = (at_origin.iter()).find(|v| tree.winding_number(v.camera.eye) != 0) {

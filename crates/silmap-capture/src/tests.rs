@@ -371,6 +371,30 @@ fn what_cannot_be_carved_is_said() {
 }
 
 #[test]
+fn cameras_that_are_off_are_said() {
+    // Y up for y down; and a principal point that is off by a tenth of the image.
+    let off: [fn(&mut Pinhole); 2] = [
+        |camera| camera.axes[1] = -camera.axes[1],
+        |camera| camera.principal.x += 22.0,
+    ];
+    for spoil in off {
+        let mut capture = capture(16);
+        for view in &mut capture.views {
+            spoil(&mut view.camera);
+        }
+        let is_said = match carved(&capture, None) {
+            Ok(found) => {
+                (found.warnings.iter()).any(|w| matches!(w, CaptureWarning::PoorOverlap { .. }))
+            }
+            Err(error) => error
+                .to_string()
+                .contains("a convention that is not theirs"),
+        };
+        assert!(is_said);
+    }
+}
+
+#[test]
 fn broken_files_end_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let made = capture(3);

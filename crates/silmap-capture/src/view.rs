@@ -103,6 +103,11 @@ pub enum CaptureWarning {
         /// The view's name.
         view: String,
     },
+    /// A hull that agrees badly with most masks.
+    PoorOverlap {
+        /// Median of intersection over union.
+        median: f64,
+    },
     /// Small pieces beside the largest were left out.
     Pieces {
         /// How many.
@@ -131,6 +136,11 @@ impl std::fmt::Display for CaptureWarning {
             Self::LeftOut { view } => write!(
                 f,
                 "view {view} is left out: it alone carves away much of what all other masks keep"
+            ),
+            Self::PoorOverlap { median } => write!(
+                f,
+                "the hull overlaps the masks by {median:.3} only, in the median: the cameras may be mirrored, have y up for y down or another \
+                 principal point, or be inexact"
             ),
             Self::Pieces { count } => write!(
                 f,
