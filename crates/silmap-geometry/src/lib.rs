@@ -21,6 +21,7 @@ pub mod predicates;
 mod queue;
 pub mod raster;
 pub mod repair;
+pub mod tetrahedra;
 pub mod topology;
 pub mod triangulate;
 pub mod watch;
