@@ -14,9 +14,6 @@ pub enum Transfer {
     /// polytope, [`Method::Tight`] and [`Method::Hull`] do so for each sector of the picture.
     #[default]
     Depths,
-    /// As [`Transfer::Depths`], from the point of the polytope that faces the eye alone: in a fifth of the time; off the polytope it
-    /// is more off, three times as much from far away.
-    FacingPoint,
     /// By the homography of the plane through the center parallel to the polytope's triangle (section 5).
     Homography,
 }

@@ -85,3 +85,28 @@ impl Polytope {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::polytope::tests::octahedron;
+
+    /// On edges and corners of an octahedron several triangles are as good: it is the same one from wherever the walk begins.
+    #[test]
+    fn ties_do_not_depend_on_the_start() {
+        let (arms, triangles) = octahedron();
+        let polytope = Polytope::from_parts(DVec3::ZERO, arms, triangles).unwrap();
+        let steps = [-1.0, -0.3, 0.0, 0.3, 1.0];
+        let all = steps.iter().flat_map(|&x| {
+            steps
+                .iter()
+                .flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
+        });
+        for eye in all.filter(|eye| *eye != DVec3::ZERO) {
+            let found: Vec<_> = (0..8)
+                .map(|start| polytope.locate(eye, start).unwrap())
+                .collect();
+            assert!(found.iter().all(|f| *f == found[0]), "{eye}: {found:?}");
+        }
+    }
+}

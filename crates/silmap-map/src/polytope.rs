@@ -121,11 +121,12 @@ impl Polytope {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn octahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    /// Corners and triangles of an octahedron.
+    pub(crate) fn octahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let arms = vec![
             DVec3::X,
             DVec3::Y,

@@ -72,7 +72,7 @@ impl Maker {
             |reader, k| {
                 let Wanted { asset, cell, .. } = &wanted[k];
                 let map = &asset.map;
-                let how = how_of(asset, cell, &self.how);
+                let how = how_of(asset, &self.how);
                 // Where no error is allowed, each outline looks from its own.
                 if self.how.error.allowed_px > 0.0
                     && let Ok(camera) = camera_of(asset, cell)

@@ -2,7 +2,7 @@
 //!
 //! An eye off the polytope sees each sector of its picture from a point of the polytope of its own. Whatever is the right point for the
 //! middle of a sector is beside it at its ends, by as much as ten degrees; so points are taken from a grid of four degrees, and outlines
-//! are as good as they were (on the bunny 0.58 for 0.57 % of pixels are wrong, at 1.5 to 10 radii).
+//! are hardly worse. With a reader that did so for all eyes, `evaluate --where shell` had 0.581 for 0.570 % of the bunny's pixels wrong.
 
 use glam::DVec3;
 use silmap_map::PolytopeOutline;
@@ -22,7 +22,7 @@ pub(crate) struct PointKey {
     /// Number of the asset.
     asset: u64,
     /// Level of detail.
-    level: u8,
+    pub(crate) level: u8,
     place: [u16; 3],
 }
 
@@ -32,7 +32,6 @@ pub(crate) struct Aim {
     pub(crate) key: PointKey,
     /// From the map's center.
     pub(crate) direction: DVec3,
-    pub(crate) level: u8,
     /// The number of the outline that is wanted.
     pub(crate) wanted: usize,
 }
@@ -49,7 +48,6 @@ impl Aim {
                 place,
             },
             direction,
-            level,
             wanted,
         }
     }

@@ -14,6 +14,9 @@ use crate::frame::all_finite;
 use crate::targets::{DEPTH_STENCIL, SAMPLES};
 use crate::{Antialias, ClipShape, FrameParams, Mode, Paint, RenderError};
 
+/// Room for the outline of a picture, exact ones of large meshes too.
+const OUTLINE_BYTES: u64 = 16 << 20;
+
 /// What draws hulls, and the one that is loaded.
 #[derive(Debug, Default)]
 pub(crate) struct Hulls {
@@ -37,6 +40,9 @@ fn renderer_for(gpu: &Gpu, format: wgpu::TextureFormat, antialias: Antialias) ->
         }),
         samples,
     });
+    // Each picture brings one outline with it.
+    options.outline_bytes = OUTLINE_BYTES;
+    options.polytope_bytes = 0;
     if antialias == Antialias::Soft {
         options.clip = ClipBy::Coverage;
         options.antialias = runtime::Antialias::Soft;

@@ -201,6 +201,7 @@ fn caster(gpu: &Gpu, method: Method) -> Renderer {
         clip: ClipBy::Coverage,
         method: Some(method),
         reuse_error_px: 0.0,
+        polytope_bytes: 0,
         ..RendererOptions::new(TargetFormats {
             colour: None,
             depth: Some(DepthTarget {

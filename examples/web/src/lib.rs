@@ -110,6 +110,9 @@ impl Options {
                 Edges::Soft => Antialias::Soft,
                 Edges::Hard | Edges::Samples => Antialias::Samples,
             },
+            // One instance needs little: pages have less memory than programs.
+            outline_bytes: 4 << 20,
+            polytope_bytes: 4 << 20,
             ..RendererOptions::new(formats)
         }
     }

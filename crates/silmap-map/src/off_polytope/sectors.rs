@@ -211,21 +211,8 @@ fn crossing(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::polytope::tests::octahedron;
     use proptest::prelude::*;
-
-    /// An octahedron of reach 3 about a center.
-    fn octahedron(center: DVec3) -> Polytope {
-        let arms = [1.0, -1.0].map(|s| [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * (3.0 * s)));
-        let triangles = (0..8_u32).map(|k| {
-            let [a, b, c] = [0, 1, 2].map(|axis| axis + 3 * (k >> axis & 1));
-            if k.count_ones().is_multiple_of(2) {
-                [a, b, c]
-            } else {
-                [a, c, b]
-            }
-        });
-        Polytope::from_parts(center, arms.concat(), triangles.collect()).unwrap()
-    }
 
     proptest! {
         /// What is found lies on the ray's line, on the polytope and on the eye's side.
@@ -237,7 +224,9 @@ mod tests {
             let direction = DVec3::from(eye);
             prop_assume!(direction.length() > 0.1);
             let eye = center + direction.normalize_or_zero() * distance;
-            let polytope = octahedron(center);
+            let (arms, triangles) = octahedron();
+            let arms = arms.into_iter().map(|arm| arm * 3.0).collect();
+            let polytope = Polytope::from_parts(center, arms, triangles).unwrap();
             let facing = polytope.locate(eye, 0).unwrap();
             let ray = center + DVec3::from(aside) - eye;
             let found = crossing(&polytope, center, eye, ray, &facing).unwrap();
