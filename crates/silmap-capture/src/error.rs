@@ -3,9 +3,9 @@
 use std::io;
 use std::path::PathBuf;
 
-use silmap_geometry::camera::MAX_SIDE_PX;
 use thiserror::Error;
 
+use crate::mask_image::MaskFault;
 use crate::pinhole::PinholeFault;
 
 /// Why there is no capture.
@@ -116,7 +116,7 @@ pub enum CaptureFault {
         /// The mask's file.
         mask: PathBuf,
         /// What is wrong with it.
-        fault: MaskFault,
+        fault: Box<MaskFault>,
     },
     /// Neither camera file nor pictures say how large the image is.
     #[error("view {view}: the size of its image is in neither the camera file nor a picture")]
@@ -135,42 +135,4 @@ pub enum CaptureFault {
         /// Views.
         views: usize,
     },
-}
-
-/// What is wrong with a mask's file.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MaskFault {
-    /// The operating system refused, or there is none.
-    #[error("cannot be read: {0}")]
-    Unreadable(#[source] io::Error),
-    /// No picture, or a damaged one.
-    #[error("is no picture that can be read: {0}")]
-    Damaged(#[source] image::ImageError),
-    /// Larger than any camera's image.
-    #[error("has {width} × {height} pixels, and at most {MAX_SIDE_PX} a side are used")]
-    TooLarge {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// Another size than the camera's.
-    #[error("has {width} × {height} pixels, not {wanted_width} × {wanted_height}")]
-    OtherSize {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-        /// Columns of the camera's image.
-        wanted_width: u32,
-        /// Rows of the camera's image.
-        wanted_height: u32,
-    },
-    /// Nothing is set.
-    #[error("is empty: all of it is background, so that nothing would be left")]
-    Empty,
-    /// Everything is set.
-    #[error("is full: all of it is object, so that it shows no outline")]
-    Full,
 }

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use silmap_geometry::Mask;
 use silmap_mesh_io::input;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
-use crate::error::{CaptureError, CaptureFault, MaskFault};
+use crate::error::{CaptureError, CaptureFault};
 use crate::json::{self, Fields};
+use crate::mask_image::{MaskFault, MaskImage};
 use crate::view::{CameraFormat, Capture, CaptureView, CaptureWarning};
 use crate::{cameras_json, mask_file, middlebury, transforms_json};
 
@@ -115,16 +115,20 @@ fn with_masks(
     declared: Declared,
     (format, file, folder): (CameraFormat, &Path, &Path),
 ) -> Result<Capture, CaptureFault> {
-    let found: Vec<Result<Option<Mask>, CaptureFault>> = (declared.views.par_iter())
+    let found: Vec<Result<Option<MaskImage>, CaptureFault>> = (declared.views.par_iter())
         .map(|view| find_mask(view, folder))
         .collect();
     let listed = declared.views.len();
     let (mut views, mut warnings) = (Vec::new(), Vec::new());
     for (view, mask) in declared.views.into_iter().zip(found) {
-        let Some(mask) = mask? else {
+        let Some(MaskImage { mask, notes }) = mask? else {
             warnings.push(CaptureWarning::NoMask { view: view.name });
             continue;
         };
+        warnings.extend(notes.into_iter().map(|note| CaptureWarning::Mask {
+            view: view.name.clone(),
+            note,
+        }));
         let photo = match view.photo.as_deref().map(|path| usable(path, &view)) {
             Some(Err(reason)) => {
                 let view = view.name.clone();
@@ -183,11 +187,15 @@ fn usable(path: &Path, view: &DeclaredView) -> Result<(), String> {
     ))
 }
 
-fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<Mask>, CaptureFault> {
+fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<MaskImage>, CaptureFault> {
     let size = (view.camera.width, view.camera.height);
     let fault = |mask: &Path| {
         let (view, mask) = (view.name.clone(), mask.to_owned());
-        move |fault: MaskFault| CaptureFault::Mask { view, mask, fault }
+        move |fault: MaskFault| CaptureFault::Mask {
+            view,
+            mask,
+            fault: Box::new(fault),
+        }
     };
     match &view.mask {
         MaskPlace::None => return Ok(None),
@@ -205,7 +213,11 @@ fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<Mask>, Capture
         return mask_file::read(&path, size).map(Some).map_err(fault(&path));
     }
     match view.photo.as_deref().filter(|photo| photo.is_file()) {
-        Some(photo) => mask_file::read_alpha(photo, size).map_err(fault(photo)),
+        Some(photo) => {
+            let mask = mask_file::read_alpha(photo, size).map_err(fault(photo))?;
+            let notes = Vec::new();
+            Ok(mask.map(|mask| MaskImage { mask, notes }))
+        }
         None => Ok(None),
     }
 }

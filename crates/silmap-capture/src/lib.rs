@@ -24,6 +24,7 @@ mod field;
 mod folder;
 mod json;
 mod mask_file;
+pub mod mask_image;
 mod middlebury;
 mod octree;
 mod paint;
@@ -37,7 +38,7 @@ mod transforms_json;
 mod view;
 
 pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve};
-pub use error::{CaptureError, CaptureFault, MaskFault};
+pub use error::{CaptureError, CaptureFault};
 pub use folder::{is_capture, read};
 pub use paint::{PAINT, Painted, paint};
 pub use pinhole::{Matrix34, Pinhole, PinholeFault};

@@ -7,8 +7,8 @@
 //! 3. Otherwise inside is what is brighter than half of white; where nothing is, or everything, what is brighter than the middle
 //!    between the darkest and the brightest pixel, and a note says so.
 //!
-//! Where all four corners of the picture, or three quarters of its border, are inside, it is the background that is bright: the mask
-//! is taken the other way round, and a note says so.
+//! Where all four corners of the picture, or three quarters of its border, are inside, it is the background that is bright: [`read`] and
+//! [`decode`] take the mask the other way round, and a note says so. The masks of a capture are never turned: an object may fill an image.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -80,6 +80,18 @@ pub enum MaskFault {
         /// Rows.
         height: u32,
     },
+    /// Another size than the camera's.
+    #[error("it has {width} × {height} pixels, not {wanted_width} × {wanted_height}")]
+    OtherSize {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// Columns of the camera's image.
+        wanted_width: u32,
+        /// Rows of the camera's image.
+        wanted_height: u32,
+    },
     /// Every pixel is the same.
     #[error("every pixel of the picture is the same ({what}): it shows no outline")]
     Blank {
@@ -106,27 +118,10 @@ pub fn read(path: &Path) -> Result<MaskImage, MaskImageError> {
 /// # Errors
 /// As [`read`].
 pub fn decode(bytes: &[u8]) -> Result<MaskImage, MaskFault> {
-    let picture = match kind_of(bytes) {
-        Kind::Read(found) => picture(bytes, found)?,
-        Kind::Empty => return Err(MaskFault::Empty),
-        Kind::Picture(found) => return Err(MaskFault::OtherPicture { found }),
-        Kind::Other(found) => return Err(MaskFault::NoPicture { found }),
-    };
-    let mut notes = Vec::new();
-    let mut mask = match of_alpha(&picture) {
-        Some(mask) => mask,
-        None => of_brightness(&picture, &mut notes)?,
-    };
-    let (inside, all) = (
-        mask.count(),
-        u64::from(mask.width()) * u64::from(mask.height()),
-    );
-    if inside == 0 || inside == all {
-        let what = if inside == 0 { "outside" } else { "inside" };
-        return Err(MaskFault::Blank {
-            what: what.to_owned(),
-        });
-    }
+    let MaskImage {
+        mut mask,
+        mut notes,
+    } = of_picture(&picture(bytes)?)?;
     if is_background_bright(&mask) {
         mask = mask_of(mask.width(), mask.height(), |x, y| {
             !mask.get(x.into(), y.into())
@@ -140,7 +135,13 @@ pub fn decode(bytes: &[u8]) -> Result<MaskImage, MaskFault> {
 }
 
 /// The decoded picture, if its sides are within the limit: what the header claims is looked at first.
-fn picture(bytes: &[u8], found: &'static str) -> Result<DynamicImage, MaskFault> {
+pub(crate) fn picture(bytes: &[u8]) -> Result<DynamicImage, MaskFault> {
+    let found = match kind_of(bytes) {
+        Kind::Read(found) => found,
+        Kind::Empty => return Err(MaskFault::Empty),
+        Kind::Picture(found) => return Err(MaskFault::OtherPicture { found }),
+        Kind::Other(found) => return Err(MaskFault::NoPicture { found }),
+    };
     let damaged = |reason| MaskFault::Damaged { found, reason };
     let reader = || {
         ImageReader::new(Cursor::new(bytes))
@@ -152,6 +153,32 @@ fn picture(bytes: &[u8], found: &'static str) -> Result<DynamicImage, MaskFault>
         return Err(MaskFault::TooLarge { width, height });
     }
     reader()?.decode().map_err(damaged)
+}
+
+/// The mask of a picture, as it is.
+pub(crate) fn of_picture(picture: &DynamicImage) -> Result<MaskImage, MaskFault> {
+    let mut notes = Vec::new();
+    let mask = match of_alpha(picture) {
+        Some(mask) => mask,
+        None => of_brightness(picture, &mut notes)?,
+    };
+    Ok(MaskImage {
+        mask: checked(mask)?,
+        notes,
+    })
+}
+
+/// A mask that shows an outline.
+pub(crate) fn checked(mask: Mask) -> Result<Mask, MaskFault> {
+    let all = u64::from(mask.width()) * u64::from(mask.height());
+    let what = match mask.count() {
+        0 => "outside",
+        inside if inside == all => "inside",
+        _ => return Ok(mask),
+    };
+    Err(MaskFault::Blank {
+        what: what.to_owned(),
+    })
 }
 
 /// The mask of the pixels for which `is_inside` holds.
@@ -168,7 +195,7 @@ fn mask_of(width: u32, height: u32, is_inside: impl Fn(u32, u32) -> bool) -> Mas
 }
 
 /// Where the picture is more than half opaque, if its alpha says anything.
-fn of_alpha(picture: &DynamicImage) -> Option<Mask> {
+pub(crate) fn of_alpha(picture: &DynamicImage) -> Option<Mask> {
     if !picture.color().has_alpha() {
         return None;
     }

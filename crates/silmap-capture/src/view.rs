@@ -82,6 +82,13 @@ pub enum CaptureWarning {
         /// The view's name.
         view: String,
     },
+    /// A mask whose picture is unusual.
+    Mask {
+        /// The view's name.
+        view: String,
+        /// What is unusual about it.
+        note: String,
+    },
     /// A photograph that is named and not there, or not of its camera's size.
     Photo {
         /// The view's name.
@@ -121,6 +128,7 @@ impl std::fmt::Display for CaptureWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoMask { view } => write!(f, "view {view} has no mask: it is not used"),
+            Self::Mask { view, note } => write!(f, "view {view}: its mask: {note}"),
             Self::Photo { view, reason } => {
                 write!(f, "view {view}: its photograph is not used: {reason}")
             }

@@ -15,6 +15,16 @@ pub fn describe() -> String {
     format!("{processor}, {cores}, {system} on {kind}")
 }
 
+/// How the device's times were taken.
+#[must_use]
+pub fn timing(has_timestamps: bool) -> &'static str {
+    if has_timestamps {
+        "timestamps"
+    } else {
+        "submit-to-idle"
+    }
+}
+
 /// The name that Linux gives the processor; other systems do not say it in a file.
 fn processor_name() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;

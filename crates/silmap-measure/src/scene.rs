@@ -18,7 +18,6 @@ use silmap_runtime::{
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer};
 
 use crate::bench::picture_params;
-use crate::machine;
 use crate::median::median;
 use crate::{Deviation, MeasureError};
 use errors::{ExactOutlines, apart};
@@ -138,11 +137,7 @@ impl SceneBench<'_> {
         rows.push(scene.mesh("lod-equal-error".to_owned(), &equal)?);
         rows.extend([hull, stencil, coverage]);
         rows.push(scene.each_a_pass()?);
-        let measured_on = (
-            gpu.adapter_name(),
-            machine::describe(),
-            stage.has_timestamps(),
-        );
+        let measured_on = (gpu.adapter_name(), stage.has_timestamps());
         Ok(SceneResults::new(&self.params, rows, measured_on))
     }
 }

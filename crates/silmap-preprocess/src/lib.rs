@@ -4,7 +4,6 @@ mod build_params;
 pub mod capture;
 pub mod dense_map;
 pub mod fewer_views;
-pub mod mask_image;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;

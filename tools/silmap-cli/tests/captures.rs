@@ -74,18 +74,17 @@ fn changed(folder: &Path, name: &str, change: impl Fn(&mut Value)) -> String {
     path(&file).to_owned()
 }
 
+/// What `build --check` says of a capture, carved with so many voxels.
+fn checked(capture: &Path, voxels: &str) -> Value {
+    let words = ["build", path(capture), "--check", "--json"];
+    run_json(&[&words[..], &["--voxels", voxels]].concat())
+}
+
 #[test]
 fn a_capture_is_checked_and_built() {
     let folder = scratch("capture-build");
     write_capture(&folder);
-    let check = run_json(&[
-        "build",
-        path(&folder),
-        "--check",
-        "--json",
-        "--voxels",
-        "48",
-    ]);
+    let check = checked(&folder, "48");
     check_fields(
         &check,
         &[
@@ -110,7 +109,7 @@ fn a_capture_is_checked_and_built() {
     let volume = check["hull"]["volume"].as_f64().unwrap();
     assert!((2.9..4.2).contains(&volume), "{volume}");
     let poses = folder.join("transforms.json");
-    let by_poses = run_json(&["build", path(&poses), "--check", "--json", "--voxels", "48"]);
+    let by_poses = checked(&poses, "48");
     assert_eq!(by_poses["overlap"], check["overlap"]);
 
     let build = |out: &str, threads: &str| {
@@ -151,18 +150,10 @@ fn a_spoiled_mask_is_named() {
         }
     }
     picture.save(&mask).unwrap();
-    let words = [
-        "build",
-        path(&folder),
-        "--check",
-        "--json",
-        "--voxels",
-        "48",
-    ];
-    let check = run_json(&words);
+    let check = checked(&folder, "48");
     assert_eq!(check["disagree"], json!(["5"]));
     assert_eq!(check["outvoted"], json!(0));
-    let told = run(&words[..3]);
+    let told = run(&["build", path(&folder), "--check"]);
     assert_eq!(told.code, 0, "{}", told.err);
     assert!(
         told.out.contains("1 disagree with the rest: 5"),
@@ -191,11 +182,11 @@ fn broken_captures_end_in_one_sentence_and_write_nothing() {
         ),
         (
             changed(&folder, "b.json", set("mask", "masks/black.png".into())),
-            "is empty",
+            "(black)",
         ),
         (
             changed(&folder, "c.json", set("mask", "masks/white.png".into())),
-            "is full",
+            "(white)",
         ),
         (
             changed(&folder, "d.json", |v| v["height"] = 139.into()),
@@ -232,6 +223,12 @@ fn broken_captures_end_in_one_sentence_and_write_nothing() {
     let made = run(&["generate", "torus", "--faces", "500", "-o", path(&mesh)]);
     assert_eq!(made.code, 0, "{}", made.err);
     assert_eq!(run(&["build", path(&mesh), "--check"]).code, 2);
+    // And those that mend a mesh nothing for a capture.
+    for option in ["--close-holes", "--repair", "--weld=0.1", "--alpha=mask"] {
+        let ended = run(&["build", path(&folder), "-o", path(&out), option]);
+        assert_eq!(ended.code, 2, "{option}: {}", ended.err);
+        assert!(ended.err.contains("mend a mesh"), "{}", ended.err);
+    }
 }
 
 #[test]
@@ -243,14 +240,7 @@ fn real_captures_overlap_their_masks() {
         let Some(folder) = common::outside::shared(&format!("captures/{name}")) else {
             continue;
         };
-        let check = run_json(&[
-            "build",
-            path(&folder),
-            "--check",
-            "--json",
-            "--voxels",
-            "128",
-        ]);
+        let check = checked(&folder, "128");
         let overlap = |key: &str| check["overlap"][key].as_f64().unwrap();
         assert!(
             overlap("smallest") > smallest,

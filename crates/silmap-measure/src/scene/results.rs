@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{SceneParams, SceneRow};
+use crate::machine;
 
 /// All ways to draw one scene.
 #[derive(Clone, Debug, Serialize)]
@@ -36,16 +37,12 @@ impl SceneResults {
     pub(super) fn new(
         params: &SceneParams,
         rows: Vec<SceneRow>,
-        (adapter, machine, has_timestamps): (String, String, bool),
+        (adapter, has_timestamps): (String, bool),
     ) -> Self {
         let mut results = Self {
             adapter,
-            timing: if has_timestamps {
-                "timestamps"
-            } else {
-                "submit-to-idle"
-            },
-            machine,
+            timing: machine::timing(has_timestamps),
+            machine: machine::describe(),
             instances: params.instances,
             pixels: params.pixels,
             side_px: params.side_px,
@@ -147,7 +144,7 @@ mod tests {
             row("clipped-stencil", stencil, 0.1),
             row("clipped-coverage", coverage, 0.1),
         ];
-        SceneResults::new(&params, rows, (String::new(), String::new(), true))
+        SceneResults::new(&params, rows, (String::new(), true))
     }
 
     #[test]

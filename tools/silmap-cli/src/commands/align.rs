@@ -6,10 +6,10 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use serde::Serialize;
+use silmap_capture::mask_image::{self, MaskImage};
 use silmap_exact::{AlignParams, angle_between, refine_pose};
 use silmap_geometry::camera::in_short;
 use silmap_geometry::{Camera, ClosedMesh};
-use silmap_preprocess::mask_image::{self, MaskImage};
 use silmap_preprocess::trace::trace_contours;
 
 use crate::args::AlignArgs;

@@ -103,7 +103,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
         .map(|comparison| silmap_report::comparison_numbers(&comparison));
     let result = BenchJson {
         adapter: gpu.adapter_name(),
-        timing: timing(has_timestamps),
+        timing: machine::timing(has_timestamps),
         machine: machine::describe(),
         ratios: ratios(&rows),
         rows,
@@ -149,14 +149,6 @@ fn scene(
         return output::print_json(&result);
     }
     output::print_bytes(scene_table(&result).as_bytes())
-}
-
-fn timing(has_timestamps: bool) -> &'static str {
-    if has_timestamps {
-        "timestamps"
-    } else {
-        "submit-to-idle"
-    }
 }
 
 fn scene_table(result: &SceneResults) -> String {

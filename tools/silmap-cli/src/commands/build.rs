@@ -10,7 +10,7 @@ use silmap_geometry::CoverageRule;
 use silmap_map::{Asset, CapturedErrors, asset};
 use silmap_measure::painting;
 use silmap_measure::uniform::uniform_curve;
-use silmap_mesh_io::Loaded;
+use silmap_mesh_io::{LoadOptions, Loaded};
 use silmap_preprocess::capture::{Backend, CaptureParams};
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
@@ -277,6 +277,13 @@ fn check_usage(args: &BuildArgs) {
         usage_error(
             ErrorKind::ArgumentConflict,
             "--check, --voxels, --outvoted and --no-photographs are for captures, and this is neither a folder nor a camera file",
+        );
+    }
+    let is_mending = load_options(args.mending) != LoadOptions::default();
+    if is_mending && model.is_some_and(silmap_capture::is_capture) {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--close-holes, --repair, --alpha and --weld mend a mesh, and a capture's carved hull is closed",
         );
     }
 }
