@@ -2,12 +2,12 @@
 
 use silmap_geometry::Watch;
 use silmap_geometry::bvh::Bvh;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 use silmap_preprocess::capture::{CaptureParams, capture, deep_contours, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 
 /// A map of evenly spread views with depths, all of them kept, and the masks it was traced from.
 ///

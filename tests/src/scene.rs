@@ -4,6 +4,7 @@
 use glam::DVec3;
 
 use silmap_geometry::Watch;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, ColourImage, CoverageRule, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::{
@@ -14,7 +15,6 @@ use silmap_models as models;
 use silmap_preprocess::capture::{self, CaptureParams};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 use silmap_study::{
     Antialias, Background, EdgeParams, FrameParams, Mode, Paint, PictureOptions, PictureRenderer,
 };

@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use silmap_geometry::polygon::fill_even_odd;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_geometry::{StageEvent, Watch};
 use silmap_mesh_io::{self as mesh_io, LoadOptions};
@@ -11,7 +12,6 @@ use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, CaptureParams, capture, view_sphere};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 use silmap_tests::outside;
 
 fn cameras(mesh: &TriangleMesh, count: u32, side: u32) -> Vec<Camera> {

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 use image::RgbaImage;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Bounds, Camera, ColourImage, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_gpu::{Gpu, Readback, wgpu};
 use silmap_map::{Asset, Method};
 use silmap_preprocess::capture::cpu;
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 use silmap_study::{
     Antialias, Background, ClipShape, FrameParams, Mode, PictureOptions, PictureRenderer,
 };

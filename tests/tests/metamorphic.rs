@@ -4,6 +4,7 @@
 use glam::{DMat3, DVec3};
 use silmap_geometry::Watch;
 use silmap_geometry::polygon::fill_even_odd;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Bounds, Bvh, Camera, ClosedMesh, CoverageRule, Mask, TriangleMesh};
 use silmap_map::{
     Asset, CapturedView, MapReader, Method, Placement, SilhouetteMap, ViewContour, asset, outline,
@@ -14,7 +15,6 @@ use silmap_preprocess::capture::{Backend, CaptureParams, capture, deep_contours,
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::pipeline::{self, BuildParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 
 const FACES: usize = 2_000;
 const VIEWS: u32 = 80;

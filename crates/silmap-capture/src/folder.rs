@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use silmap_geometry::trace::trace_contours;
 use silmap_mesh_io::input;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
@@ -141,6 +142,7 @@ fn with_masks(
         views.push(CaptureView {
             name: view.name,
             camera: view.camera,
+            outline: trace_contours(&mask),
             mask,
             photo,
         });

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{DQuat, DVec2, DVec3};
 use image::{GrayImage, Luma, Rgb, RgbImage};
 use serde_json::{Value, json};
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Bvh, Mask, TriangleMesh, Watch};
 
 use crate::{
@@ -44,6 +45,7 @@ fn capture(count: usize) -> Capture {
         CaptureView {
             name: format!("view_{k:02}"),
             camera,
+            outline: trace_contours(&mask),
             mask,
             photo: None,
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use silmap_geometry::Mask;
+use silmap_geometry::{Loop, Mask};
 
 use crate::pinhole::Pinhole;
 
@@ -48,6 +48,8 @@ pub struct CaptureView {
     pub camera: Pinhole,
     /// Where the object is seen; what lies outside the image is unknown.
     pub mask: Mask,
+    /// The outline of the object where the image shows it, in pixels of the camera: outer loops have positive area, holes negative.
+    pub outline: Vec<Loop>,
     /// The photograph, if there is one.
     pub photo: Option<PathBuf>,
 }

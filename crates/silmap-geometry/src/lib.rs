@@ -23,6 +23,7 @@ pub mod raster;
 pub mod repair;
 pub mod tetrahedra;
 pub mod topology;
+pub mod trace;
 pub mod triangulate;
 pub mod watch;
 

@@ -8,12 +8,12 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use silmap_geometry::bvh::Bvh;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Camera, CoverageRule, Mask, TriangleMesh};
 use silmap_models as models;
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{tangent_depths, view_sphere};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 
 /// Faces of the model, about those of the Stanford bunny.
 const FACES: usize = 65_536;

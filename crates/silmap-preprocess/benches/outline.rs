@@ -10,13 +10,13 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 use silmap_geometry::Watch;
 use silmap_geometry::bvh::Bvh;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Camera, ClosedMesh, CoverageRule};
 use silmap_map::{CapturedView, MapReader, Method, SilhouetteMap, ViewContour};
 use silmap_models as models;
 use silmap_preprocess::capture::{CaptureParams, capture, tangent_depths, view_sphere};
 use silmap_preprocess::dense_map::{self, DenseMapParams};
 use silmap_preprocess::simplify_contour::{SimplifyContourParams, simplify_contours};
-use silmap_preprocess::trace::trace_contours;
 
 /// Views of the map, all of them kept.
 const VIEWS: u32 = 128;

@@ -10,6 +10,5 @@ pub mod recipe;
 pub mod simplify_contour;
 pub mod simplify_map;
 pub mod texture;
-pub mod trace;
 
 pub use progress::PrepWarning;

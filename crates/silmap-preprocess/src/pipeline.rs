@@ -29,7 +29,7 @@ use crate::simplify_map::{
     SimplifyMapError, SimplifyMapReport, contour_radius, is_readable, simplify,
 };
 use crate::texture::{self, TextureError, TextureParams};
-use crate::trace::trace_contours;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::watch::{Interrupted, Watch};
 use silmap_hull::{self as hull, HullError, VerifyParams, VerifyReport};
 use silmap_mesh_io::{AlphaUse, LoadOptions};

@@ -70,7 +70,7 @@ pub const VERTEX_STEPS_PER_PX: f64 = 16.0;
 
 /// Simplifies the loops of one image together, in their order; each keeps its orientation and at least three vertices.
 ///
-/// The loops must be simple and not cross, as [`crate::trace::trace_contours`] returns them.
+/// The loops must be simple and not cross, as [`silmap_geometry::trace::trace_contours`] returns them.
 #[must_use]
 pub fn simplify_contours(loops: &[Loop], params: &SimplifyContourParams) -> Vec<Loop> {
     let mut outline = SimplifiedLoops::new(loops, params);

@@ -231,9 +231,9 @@ mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
-    use crate::trace::trace_contours;
     use glam::DVec3;
     use silmap_geometry::polygon::signed_area;
+    use silmap_geometry::trace::trace_contours;
     use silmap_geometry::{CoverageRule, Mask, TriangleMesh};
     use silmap_models as models;
 

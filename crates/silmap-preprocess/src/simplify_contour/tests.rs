@@ -7,7 +7,7 @@ use silmap_geometry::polygon::{distance_squared_to_segment, edges, fill_even_odd
 
 use super::outline::{segments_meet, turn};
 use super::*;
-use crate::trace::trace_contours;
+use silmap_geometry::trace::trace_contours;
 
 fn noise_mask(width: u32, height: u32, density: u32, blur: bool, seed: u64) -> Mask {
     let mut mask = Mask::new(width, height);

@@ -4,7 +4,7 @@ use super::*;
 use crate::capture::{CaptureParams, capture, view_sphere};
 use crate::dense_map::{self, DenseMapParams};
 use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
-use crate::trace::trace_contours;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{ClosedMesh, CoverageRule};
 use silmap_map::{CapturedView, ViewContour};
 

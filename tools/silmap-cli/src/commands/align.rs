@@ -9,8 +9,8 @@ use serde::Serialize;
 use silmap_capture::mask_image::{self, MaskImage};
 use silmap_exact::{AlignParams, angle_between, refine_pose};
 use silmap_geometry::camera::in_short;
+use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Camera, ClosedMesh};
-use silmap_preprocess::trace::trace_contours;
 
 use crate::args::AlignArgs;
 use crate::camera::CameraJson;

@@ -1,8 +1,8 @@
 //! What is promised of the loops of every mask, and a follower that goes crack by crack to compare with.
 
 use super::*;
+use crate::polygon::{fill_even_odd, signed_area};
 use proptest::prelude::*;
-use silmap_geometry::polygon::{fill_even_odd, signed_area};
 use std::collections::BTreeSet;
 
 fn mask_of(rows: &[&str]) -> Mask {

@@ -10,8 +10,8 @@
 //! joins; following a loop is following links. Where a loop would touch itself in a corner it is cut in two, so that every
 //! loop is simple; loops may still touch each other in such corners.
 
+use crate::{Loop, Mask};
 use glam::DVec2;
-use silmap_geometry::{Loop, Mask};
 
 /// A corner of the pixel lattice.
 type Corner = [i32; 2];
