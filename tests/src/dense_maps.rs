@@ -52,6 +52,7 @@ pub fn dense(
             CapturedView {
                 camera,
                 contours: contours.collect(),
+                photographed: None,
             }
         })
         .collect();

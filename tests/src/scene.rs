@@ -233,6 +233,7 @@ fn map(mesh: &TriangleMesh, bounds: &Bounds) -> SilhouetteMap {
                     levels: Vec::new(),
                 })
                 .collect(),
+            photographed: None,
         })
         .collect();
     let params = DenseMapParams {

@@ -109,6 +109,7 @@ fn box_asset() -> Asset {
         .map(|camera| CapturedView {
             camera,
             contours: Vec::new(),
+            photographed: None,
         })
         .collect();
     let params = DenseMapParams {

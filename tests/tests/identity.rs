@@ -104,6 +104,7 @@ fn sample_asset() -> Asset {
             CapturedView {
                 camera,
                 contours: vec![wobbly_contour(v, distance)],
+                photographed: None,
             }
         })
         .collect();

@@ -102,6 +102,7 @@ fn map_of(mesh: &TriangleMesh, cameras: &[Camera], motion: &Motion) -> Silhouett
                     ..ViewContour::default()
                 })
                 .collect(),
+            photographed: None,
         }
     });
     let params = DenseMapParams {

@@ -295,6 +295,7 @@ fn map_of(silhouettes: &[Vec<Loop>]) -> SilhouetteMap {
                     ..ViewContour::default()
                 })
                 .collect(),
+            photographed: None,
         });
     let params = DenseMapParams {
         center: bounds.center,

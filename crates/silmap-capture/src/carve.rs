@@ -6,14 +6,14 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use silmap_geometry::topology::Topology;
 use silmap_geometry::watch::{Interrupted, Stage, Watch};
-use silmap_geometry::{Bvh, ClosedMesh, MeshDefects, TriangleMesh};
+use silmap_geometry::{Bvh, ClosedMesh, MeshDefects};
 use thiserror::Error;
 
 use crate::bounds;
 use crate::field::{Field, FieldView};
 use crate::octree::{Grid, leaves, root_count};
+use crate::pieces::keep_object;
 use crate::residual::{Residual, disagreeing, median, residuals};
 use crate::surface::surface;
 use crate::view::{Capture, CaptureView, CaptureWarning};
@@ -163,8 +163,11 @@ const POOR_OVERLAP: f64 = 0.93;
 /// Room around the box that blocks leave, in shares of its longest side.
 const MARGIN: f64 = 0.01;
 
-/// Pieces with less than this share of the largest one's volume are left out.
-const LEAST_PIECE: f64 = 0.01;
+/// An object this much shorter than the box around all pieces is carved again, in a box of its own...
+const ALONE: f64 = 0.8;
+
+/// ... with this room around it, cells.
+const ROOM_CELLS: f64 = 2.0;
 
 /// An object farther from the origin than so many of its own sizes gets an origin of its own.
 const FAR: f64 = 64.0;
@@ -391,19 +394,31 @@ impl Carver<'_> {
             outvoted,
             views: self.voting.len(),
         };
-        let found = bounds::shrink(&field, self.around, (CARVE, watch))?.ok_or_else(empty)?;
-        let margin = DVec3::splat(MARGIN * (found[1] - found[0]).max_element());
-        let grid = Grid::over([found[0] - margin, found[1] + margin], voxels);
-        watch.start(CARVE, root_count(&grid));
-        let leaves = leaves(&field, &grid, (CARVE, watch))?;
-        watch.finish(CARVE);
-        watch.start(SURFACE, leaves.len() as u64);
-        let mut mesh = surface(&field, &grid, &leaves, (SURFACE, watch))?;
-        watch.finish(SURFACE);
-        if mesh.faces.is_empty() {
-            return Err(empty());
-        }
-        let pieces = keep_large(&mut mesh);
+        let mut found = bounds::shrink(&field, self.around, (CARVE, watch))?.ok_or_else(empty)?;
+        let mut pieces = 0;
+        let (mesh, grid) = loop {
+            let longest = (found[1] - found[0]).max_element();
+            let margin = DVec3::splat(MARGIN * longest);
+            let grid = Grid::over([found[0] - margin, found[1] + margin], voxels);
+            watch.start(CARVE, root_count(&grid));
+            let leaves = leaves(&field, &grid, (CARVE, watch))?;
+            watch.finish(CARVE);
+            watch.start(SURFACE, leaves.len() as u64);
+            let mut mesh = surface(&field, &grid, &leaves, (SURFACE, watch))?;
+            watch.finish(SURFACE);
+            if mesh.faces.is_empty() {
+                return Err(empty());
+            }
+            let beside = keep_object(&mut mesh, &self.views);
+            pieces = pieces.max(beside);
+            // What lies beside the object took voxels from it.
+            let object = mesh.bounds();
+            if beside == 0 || (object.max - object.min).max_element() > ALONE * longest {
+                break (mesh, grid);
+            }
+            let room = DVec3::splat(ROOM_CELLS * grid.cell);
+            found = [object.min - room, object.max + room];
+        };
         if pieces > 0 {
             warnings.push(CaptureWarning::Pieces { count: pieces });
         }
@@ -416,24 +431,4 @@ impl Carver<'_> {
         }
         Ok((mesh, grid))
     }
-}
-
-/// Leaves out small pieces, and walls of cavities, which no silhouette shows. Returns how many pieces there were.
-fn keep_large(mesh: &mut TriangleMesh) -> usize {
-    let topology = Topology::new(&mesh.faces, mesh.positions.len());
-    let (part_of, count) = topology.parts();
-    let mut volumes = vec![0.0; count];
-    let middle = mesh.bounds().center;
-    for (face, &part) in part_of.iter().enumerate() {
-        let [a, b, c] = mesh.corners(face).map(|p| p - middle);
-        volumes[part as usize] += a.dot(b.cross(c)) / 6.0;
-    }
-    let largest = volumes.iter().copied().fold(0.0, f64::max);
-    let is_kept = |part: u32| volumes[part as usize] >= LEAST_PIECE * largest;
-    mesh.retain_faces(|face| is_kept(part_of[face]));
-    mesh.drop_unused_vertices();
-    let small = volumes
-        .iter()
-        .filter(|&&v| v > 0.0 && v < LEAST_PIECE * largest);
-    small.count()
 }

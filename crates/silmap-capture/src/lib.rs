@@ -28,14 +28,17 @@ pub mod mask_image;
 mod middlebury;
 mod octree;
 mod paint;
+mod pieces;
 mod pinhole;
 mod residual;
+mod seen;
 mod signed_distance;
 mod surface;
 #[cfg(test)]
 mod tests;
 mod transforms_json;
 mod view;
+mod visual_hull;
 
 pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve};
 pub use error::{CaptureError, CaptureFault};
@@ -43,4 +46,6 @@ pub use folder::{is_capture, read};
 pub use paint::{PAINT, Painted, paint};
 pub use pinhole::{Matrix34, Pinhole, PinholeFault};
 pub use residual::{Residual, disagreeing, median, residuals, silhouette};
+pub use seen::{SeenOutline, seen_outlines};
 pub use view::{CameraFormat, Capture, CaptureView, CaptureWarning};
+pub use visual_hull::visual_hull_silhouette;

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use glam::DVec2;
 use silmap_geometry::{Loop, Mask};
 
 use crate::pinhole::Pinhole;
+use crate::signed_distance::bounds_of;
 
 /// A kind of camera file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +54,18 @@ pub struct CaptureView {
     pub outline: Vec<Loop>,
     /// The photograph, if there is one.
     pub photo: Option<PathBuf>,
+}
+
+impl CaptureView {
+    /// Width and height of the mask's inside, pixels.
+    #[must_use]
+    pub fn extent_px(&self) -> Option<DVec2> {
+        let (low, high) = bounds_of(&self.mask)?;
+        Some(DVec2::new(
+            f64::from(high[0] - low[0]),
+            f64::from(high[1] - low[1]),
+        ))
+    }
 }
 
 /// Views of one object.
@@ -154,7 +168,7 @@ impl std::fmt::Display for CaptureWarning {
             ),
             Self::Pieces { count } => write!(
                 f,
-                "{count} small {} beside the object {} left out: what masks leave by accident",
+                "{count} {} beside the object {} left out: what masks leave by accident, or what few images show",
                 if *count == 1 { "piece" } else { "pieces" },
                 if *count == 1 { "was" } else { "were" }
             ),

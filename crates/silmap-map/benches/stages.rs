@@ -124,6 +124,7 @@ fn map(n: usize) -> SilhouetteMap {
         CapturedView {
             camera,
             contours: vec![contour(&camera, n)],
+            photographed: None,
         }
     });
     SilhouetteMap {

@@ -23,6 +23,9 @@ pub struct CapturedView {
     pub camera: Camera,
     /// All contours: outer ones and holes.
     pub contours: Vec<ViewContour>,
+    /// In a map of photographs: the share of the outline's length that the photograph from here shows; the rest is the silhouette of
+    /// the hull that all of them leave, and so is all of it where nobody took one. `None` where silhouettes are those of a mesh.
+    pub photographed: Option<f64>,
 }
 
 impl CapturedView {
@@ -81,6 +84,32 @@ impl SilhouetteMap {
     #[must_use]
     pub fn has_depth(&self) -> bool {
         self.views.iter().all(CapturedView::has_depth)
+    }
+
+    /// How much of what is seen from a place of the polytope rests on photographs: the mean share of three views, by their weights.
+    /// `None` in the map of a mesh.
+    #[must_use]
+    pub fn covered(&self, triangle: u32, barycentric: [f64; 3]) -> Option<f64> {
+        let views = self.triangles[triangle as usize];
+        let shares = views.map(|v| self.views[v as usize].photographed);
+        let is_of_photographs = shares.iter().any(Option::is_some);
+        let weighted = shares.iter().zip(barycentric);
+        is_of_photographs.then(|| weighted.map(|(s, w)| s.unwrap_or(0.0) * w).sum())
+    }
+
+    /// [`Self::covered`] on average over all directions from the center. `None` in the map of a mesh.
+    #[must_use]
+    pub fn covered_on_average(&self) -> Option<f64> {
+        let (mut covered, mut whole) = (0.0, 0.0);
+        for (t, views) in (0_u32..).zip(&self.triangles) {
+            let [a, b, c] = views.map(|v| (self.eye(v) - self.center).normalize_or_zero());
+            // The solid angle, by van Oosterom and Strackee, 1983; weights vary about evenly over it.
+            let across = 1.0 + a.dot(b) + b.dot(c) + c.dot(a);
+            let angle = 2.0 * a.dot(b.cross(c)).abs().atan2(across);
+            covered += angle * self.covered(t, [1.0 / 3.0; 3])?;
+            whole += angle;
+        }
+        (whole > 0.0).then(|| covered / whole)
     }
 
     /// Contour vertices of each view.

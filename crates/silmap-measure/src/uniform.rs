@@ -11,9 +11,7 @@ use silmap_geometry::{Bvh, Camera, ClosedMesh, Mask};
 use silmap_map::{
     CapturedErrors, InterpolateError, Interpolation, MapReader, Method, SilhouetteMap,
 };
-use silmap_preprocess::pipeline::{
-    BuildError, BuildParams, captured_map, captured_masks, without_unseen,
-};
+use silmap_preprocess::pipeline::{BuildError, BuildParams, Captured, without_unseen};
 
 use crate::evaluate::compare;
 
@@ -52,8 +50,7 @@ fn uniform_map_of(
     views: u32,
     watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    let (cameras, masks) = captured_masks(model, params, views, watch)?;
-    captured_map(model, tree, (&cameras, &masks), params, watch)
+    Captured::evenly(model, params, views, watch)?.map(model, tree, params, watch)
 }
 
 /// Views and mean errors of maps of evenly spread views, most views first, measured at the views that a build by `params`
@@ -69,14 +66,18 @@ pub fn uniform_curve(
     let seen = without_unseen(model, params);
     let model = seen.as_ref().map_or(model, |(seen, _)| seen);
     let tree = Bvh::new(model.mesh());
-    let (cameras, masks) = captured_masks(model, params, params.views, watch)?;
+    let captured = Captured::evenly(model, params, params.views, watch)?;
     let counts = uniform_counts(params.views);
     watch.start(EVALUATE, counts.len() as u64);
     let mut curve = Vec::with_capacity(counts.len());
     for views in counts {
         watch.check()?;
         if let Ok(map) = uniform_map_of((model, &tree), params, views, &watch.quiet())
-            && let Ok(errors) = captured_errors(&map, (&cameras, &masks), params.map.method)
+            && let Ok(errors) = captured_errors(
+                &map,
+                (&captured.cameras, &captured.masks),
+                params.map.method,
+            )
         {
             curve.push((views, errors.mean));
         }

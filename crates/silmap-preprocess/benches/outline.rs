@@ -46,7 +46,11 @@ fn map(resolution_px: u32, tolerance_px: f64) -> SilhouetteMap {
                     ..ViewContour::default()
                 })
                 .collect();
-            CapturedView { camera, contours }
+            CapturedView {
+                camera,
+                contours,
+                photographed: None,
+            }
         })
         .collect();
     let params = DenseMapParams {

@@ -7,6 +7,7 @@ pub mod fewer_views;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;
+pub mod seen;
 pub mod simplify_contour;
 pub mod simplify_map;
 pub mod texture;

@@ -10,7 +10,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
-    Camera, CameraError, ClosedMesh, CoverageRule, HiddenParts, Mask, TriangleMesh,
+    Camera, CameraError, ClosedMesh, CoverageRule, HiddenParts, Loop, Mask, TriangleMesh,
     without_hidden_parts,
 };
 use silmap_map::{
@@ -24,6 +24,7 @@ use crate::capture::{Backend, CaptureError, capture, deep_contours, view_sphere}
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
 use crate::progress::{self, PrepWarning};
 use crate::recipe::Recipe;
+use crate::seen::{SeenSilhouette, Unused, Viewpoints, covered, viewpoints};
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{
     SimplifyMapError, SimplifyMapReport, contour_radius, is_readable, simplify,
@@ -113,6 +114,13 @@ pub enum BuildError {
     Asset(#[from] AssetError),
 }
 
+/// What is known of a model besides its mesh.
+#[derive(Clone, Debug, Default)]
+pub struct Photographed {
+    /// Its silhouettes as photographs show them; they become views of the map.
+    pub silhouettes: Vec<SeenSilhouette>,
+}
+
 /// Makes the asset of a model, rounded as its file will be.
 ///
 /// # Errors
@@ -123,22 +131,37 @@ pub fn build(
     params: &BuildParams,
     watch: &Watch<'_>,
 ) -> Result<(Asset, BuildReport), BuildError> {
+    build_photographed(model, &Photographed::default(), name, params, watch)
+}
+
+/// As [`build`], of a model that was photographed: its mesh closes what photographs leave open.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_photographed(
+    model: &ClosedMesh,
+    seen: &Photographed,
+    name: &str,
+    params: &BuildParams,
+    watch: &Watch<'_>,
+) -> Result<(Asset, BuildReport), BuildError> {
     let mut seconds = StageSeconds::default();
     // What no eye can see costs nothing; the record is of the whole.
     let whole = model;
-    let seen = without_unseen(whole, params);
-    let model = seen.as_ref().map_or(whole, |(seen, _)| seen);
+    let cleared = without_unseen(whole, params);
+    let model = cleared.as_ref().map_or(whole, |(seen, _)| seen);
     let tree = Bvh::new(model.mesh());
 
     // The silhouettes from many viewpoints, on the polytope that connects them.
-    let (cameras, masks) = timed(&mut seconds.capture, || {
-        captured_masks(model, params, params.views, watch)
+    let captured = timed(&mut seconds.capture, || {
+        Captured::all_around(model, &seen.silhouettes, params, watch)
     })?;
-    let captured = (&cameras[..], &masks[..]);
     let dense = timed(&mut seconds.contours, || {
-        captured_map(model, &tree, captured, params, watch)
+        captured.map(model, &tree, params, watch)
     })?;
     check_readable(&dense, params)?;
+    let Captured { masks, unused, .. } = captured;
+    let views = masks.len() as u32;
 
     // Views that their neighbours predict well go.
     let (mut map, map_report) = timed(&mut seconds.map, || {
@@ -167,10 +190,19 @@ pub fn build(
 
     let hull_check = timed(&mut seconds.hull, || check_hull(model, &hull, params));
 
-    let hidden = seen
+    let hidden = cleared
         .as_ref()
         .map(|&(_, hidden)| PrepWarning::HiddenParts(hidden));
     let mut warnings: Vec<PrepWarning> = hidden.into_iter().collect();
+    let not_used = unused.into_iter().map(|(silhouette, reason)| {
+        let name = |k: usize| seen.silhouettes[k].name.clone();
+        PrepWarning::SilhouetteNotUsed {
+            name: name(silhouette),
+            reason,
+            other: reason.other().map(name),
+        }
+    });
+    warnings.extend(not_used);
     warnings.extend(stall_warnings(params, &map_report, &hull));
     if !hull_check.encloses {
         let escaped_rel = hull_check.escaped_rel;
@@ -178,14 +210,14 @@ pub fn build(
     }
     warnings.extend(over_budget(&params.textures, &textures));
     let asset = asset::quantise(&Asset {
-        record: record(whole.mesh(), name, params, &map_report),
+        record: record(whole.mesh(), name, (params, views), &map_report),
         map,
         hull,
         textures,
         placement: Placement::at(model.origin()),
     })?;
     let report = BuildReport {
-        views: params.views,
+        views,
         map: map_report,
         hull_check,
         seconds,
@@ -212,83 +244,195 @@ pub fn without_unseen(
         .flatten()
 }
 
-/// Cameras of `views` evenly spread views, and the pixels that the model covers from each; all else is as `params` say.
-///
-/// # Errors
-/// When interrupted, the view sphere is too small, or a view cannot be drawn.
-pub fn captured_masks(
-    model: &ClosedMesh,
-    params: &BuildParams,
-    views: u32,
-    watch: &Watch<'_>,
-) -> Result<(Vec<Camera>, Vec<Mask>), BuildError> {
-    let bounds = model.bounds();
-    let distance = params.view_radius_rel * bounds.radius;
-    let cameras = view_sphere(bounds, distance, views, params.resolution_px)?;
-    let masks = capture(model, &cameras, &params.capture, watch)?;
-    Ok((cameras, masks))
+/// The silhouettes of a model from many viewpoints.
+#[derive(Clone, Debug, Default)]
+pub struct Captured {
+    /// Where they are seen from.
+    pub cameras: Vec<Camera>,
+    /// The pixels that each has inside.
+    pub masks: Vec<Mask>,
+    /// The outlines of the first views, which photographs show, and what share of them they do. Those of all others are drawn.
+    pub seen: Vec<(Vec<Loop>, f64)>,
+    /// Which views have outlines: all of them where it is empty.
+    needed: Vec<bool>,
+    /// Photographs' silhouettes that are none of the views, by their numbers.
+    pub unused: Vec<(usize, Unused)>,
 }
 
-/// The map of all captured views, as [`captured_masks`] gives them, on the polytope that connects them. `tree` is over the
-/// model's faces.
-///
-/// # Errors
-/// When interrupted, nothing of the model is seen from a view, or the views do not make a polytope.
-pub fn captured_map(
-    model: &ClosedMesh,
-    tree: &Bvh,
-    captured: (&[Camera], &[Mask]),
-    params: &BuildParams,
-    watch: &Watch<'_>,
-) -> Result<SilhouetteMap, BuildError> {
-    let views = captured_views(model, tree, captured, params, watch)?;
-    let dense_params = DenseMapParams {
+impl Captured {
+    /// The pixels that the model covers from `views` evenly spread views; all else is as `params` say.
+    ///
+    /// # Errors
+    /// When interrupted, the view sphere is too small, or a view cannot be drawn.
+    pub fn evenly(
+        model: &ClosedMesh,
+        params: &BuildParams,
+        views: u32,
+        watch: &Watch<'_>,
+    ) -> Result<Self, BuildError> {
+        let bounds = model.bounds();
+        let distance = params.view_radius_rel * bounds.radius;
+        let cameras = view_sphere(bounds, distance, views, params.resolution_px)?;
+        let masks = capture(model, &cameras, &params.capture, watch)?;
+        Ok(Self {
+            cameras,
+            masks,
+            ..Self::default()
+        })
+    }
+
+    /// The silhouettes that photographs show, and those that the model has where there is no photograph; of a model that nobody
+    /// photographed, evenly spread ones.
+    ///
+    /// # Errors
+    /// As [`Captured::evenly`].
+    pub fn all_around(
+        model: &ClosedMesh,
+        silhouettes: &[SeenSilhouette],
+        params: &BuildParams,
+        watch: &Watch<'_>,
+    ) -> Result<Self, BuildError> {
+        if silhouettes.is_empty() {
+            return Self::evenly(model, params, params.views, watch);
+        }
+        Self::where_needed(model, silhouettes, params, &|_| true, watch)
+    }
+
+    /// As [`Captured::all_around`], with no outlines but for cameras that are needed: the others are there for the polytope.
+    ///
+    /// # Errors
+    /// As [`Captured::evenly`].
+    pub fn where_needed(
+        model: &ClosedMesh,
+        silhouettes: &[SeenSilhouette],
+        params: &BuildParams,
+        is_needed: &dyn Fn(&Camera) -> bool,
+        watch: &Watch<'_>,
+    ) -> Result<Self, BuildError> {
+        let Viewpoints {
+            seen,
+            cameras,
+            unused,
+        } = viewpoints(
+            silhouettes,
+            model.bounds(),
+            (params.views, params.resolution_px),
+        )?;
+        let needed: Vec<bool> = cameras.iter().map(is_needed).collect();
+        let empty = |camera: &Camera| Mask::new(camera.width_px, camera.height_px);
+        let outline = |(camera, &k): (&Camera, &usize)| {
+            let silhouette: &SeenSilhouette = &silhouettes[k];
+            let loops = silhouette.outline_in(camera, params.tolerance_px);
+            (loops, silhouette.photographed)
+        };
+        let seen: Vec<_> = cameras.par_iter().zip(&seen).map(outline).collect();
+        let mut masks: Vec<Mask> = (cameras.iter().zip(&seen))
+            .map(|(camera, (loops, _))| covered(loops, camera))
+            .collect();
+        let drawn: Vec<Camera> = (cameras.iter().zip(&needed).skip(seen.len()))
+            .filter(|(_, needed)| **needed)
+            .map(|(camera, _)| *camera)
+            .collect();
+        let mut drawn = capture(model, &drawn, &params.capture, watch)?.into_iter();
+        for (camera, needed) in cameras.iter().zip(&needed).skip(seen.len()) {
+            let mask = needed.then(|| drawn.next()).flatten();
+            masks.push(mask.unwrap_or_else(|| empty(camera)));
+        }
+        Ok(Self {
+            cameras,
+            masks,
+            seen,
+            needed,
+            unused,
+        })
+    }
+
+    /// The map of all views, on the polytope that connects them. `tree` is over the model's faces.
+    ///
+    /// # Errors
+    /// When interrupted, nothing of the model is seen from a view, or the views do not make a polytope.
+    pub fn map(
+        &self,
+        model: &ClosedMesh,
+        tree: &Bvh,
+        params: &BuildParams,
+        watch: &Watch<'_>,
+    ) -> Result<SilhouetteMap, BuildError> {
+        let views = self.views(model, tree, params, watch)?;
+        Ok(dense_map::build(views, &map_params(model, params))?)
+    }
+
+    /// Traces and simplifies the outline of every mask, and finds how deep the contour generator lies at its vertices.
+    ///
+    /// # Errors
+    /// When interrupted, or nothing of the model is seen from a view.
+    pub fn views(
+        &self,
+        model: &ClosedMesh,
+        tree: &Bvh,
+        params: &BuildParams,
+        watch: &Watch<'_>,
+    ) -> Result<Vec<CapturedView>, BuildError> {
+        let simplification = SimplifyContourParams {
+            tolerance_px: params.tolerance_px,
+            // What is captured conservatively must stay so.
+            outward_only: params.capture.coverage == CoverageRule::Any,
+        };
+        let is_of_photographs = !self.seen.is_empty();
+        watch.start(progress::CONTOURS, self.cameras.len() as u64);
+        let views = (self.cameras.par_iter().zip(&self.masks).enumerate())
+            .map(|(view, (&camera, mask))| {
+                watch.check()?;
+                if self.needed.get(view) == Some(&false) {
+                    return Ok(CapturedView {
+                        camera,
+                        contours: Vec::new(),
+                        photographed: Some(0.0),
+                    });
+                }
+                let (loops, photographed) = match self.seen.get(view) {
+                    Some((loops, share)) => (loops.clone(), *share),
+                    None => {
+                        let loops = simplify_contours(&trace_contours(mask), &simplification);
+                        (loops, 0.0)
+                    }
+                };
+                if loops.is_empty() {
+                    return Err(BuildError::NothingSeen { view: view as u32 });
+                }
+                let outward_only = simplification.outward_only;
+                let (loops, depths) =
+                    deep_contours(tree, model.bounds(), &camera, &loops, outward_only);
+                let contours = (loops.into_iter().zip(depths))
+                    .map(|(points, depths)| ViewContour {
+                        points,
+                        depths,
+                        ..ViewContour::default()
+                    })
+                    .collect();
+                watch.advance(progress::CONTOURS, 1);
+                Ok(CapturedView {
+                    camera,
+                    contours,
+                    photographed: is_of_photographs.then_some(photographed),
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        watch.finish(progress::CONTOURS);
+        Ok(views)
+    }
+}
+
+/// What all views of a model's map have in common.
+#[must_use]
+pub fn map_params(model: &ClosedMesh, params: &BuildParams) -> DenseMapParams {
+    DenseMapParams {
         center: model.bounds().center,
         radius: model.bounds().radius,
         resolution_px: params.resolution_px,
         tolerance_px: params.tolerance_px,
         coverage: params.capture.coverage,
-    };
-    Ok(dense_map::build(views, &dense_params)?)
-}
-
-/// Traces and simplifies the outline of every mask, and finds how deep the contour generator lies at its vertices.
-fn captured_views(
-    model: &ClosedMesh,
-    tree: &Bvh,
-    (cameras, masks): (&[Camera], &[Mask]),
-    params: &BuildParams,
-    watch: &Watch<'_>,
-) -> Result<Vec<CapturedView>, BuildError> {
-    let simplification = SimplifyContourParams {
-        tolerance_px: params.tolerance_px,
-        // What is captured conservatively must stay so.
-        outward_only: params.capture.coverage == CoverageRule::Any,
-    };
-    watch.start(progress::CONTOURS, cameras.len() as u64);
-    let views = (cameras.par_iter().zip(masks).enumerate())
-        .map(|(view, (&camera, mask))| {
-            watch.check()?;
-            let loops = simplify_contours(&trace_contours(mask), &simplification);
-            if loops.is_empty() {
-                return Err(BuildError::NothingSeen { view: view as u32 });
-            }
-            let outward_only = simplification.outward_only;
-            let (loops, depths) =
-                deep_contours(tree, model.bounds(), &camera, &loops, outward_only);
-            let contours = (loops.into_iter().zip(depths))
-                .map(|(points, depths)| ViewContour {
-                    points,
-                    depths,
-                    ..ViewContour::default()
-                })
-                .collect();
-            watch.advance(progress::CONTOURS, 1);
-            Ok(CapturedView { camera, contours })
-        })
-        .collect::<Result<_, _>>()?;
-    watch.finish(progress::CONTOURS);
-    Ok(views)
+    }
 }
 
 /// Makes sure that the model can be looked at from all places of the polytope.
@@ -353,7 +497,7 @@ fn over_budget(params: &TextureParams, textures: &TextureSet) -> Option<PrepWarn
 fn record(
     model: &TriangleMesh,
     name: &str,
-    params: &BuildParams,
+    (params, views): (&BuildParams, u32),
     map: &SimplifyMapReport,
 ) -> BuildRecord {
     BuildRecord {
@@ -361,7 +505,7 @@ fn record(
         model_faces: model.faces.len() as u64,
         model_vertices: model.positions.len() as u64,
         model_crc32: model_crc32(model),
-        captured_views: params.views,
+        captured_views: views,
         error_curve: map.curve.clone(),
         uniform_curve: Vec::new(),
         order: Some(map.order.clone()),

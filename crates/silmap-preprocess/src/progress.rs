@@ -3,6 +3,8 @@
 use silmap_geometry::defects::counted;
 use silmap_geometry::{HiddenParts, Stage};
 
+use crate::seen::Unused;
+
 /// Drawing the mesh from all views.
 pub const CAPTURE: Stage = Stage("capturing silhouettes");
 /// Tracing and simplifying the outlines.
@@ -40,6 +42,15 @@ pub enum PrepWarning {
         wanted: u64,
         /// Bytes reached.
         reached: u64,
+    },
+    /// A photograph's silhouette is no view of the map.
+    SilhouetteNotUsed {
+        /// The photograph's name.
+        name: String,
+        /// Why.
+        reason: Unused,
+        /// The photograph that is used instead, if there is one.
+        other: Option<String>,
     },
     /// The map could not be simplified to the number of views asked for.
     MapStalled {
@@ -84,6 +95,24 @@ impl std::fmt::Display for PrepWarning {
                     f,
                     "the textures take {reached} bytes: they cannot be made smaller ({wanted} asked for)"
                 )
+            }
+            Self::SilhouetteNotUsed {
+                name,
+                reason,
+                other,
+            } => {
+                let why = match reason {
+                    Unused::SameDirection { .. } => format!(
+                        "it was taken from the same direction as {}",
+                        other.as_deref().unwrap_or("another")
+                    ),
+                    Unused::Distance => {
+                        "its camera is too near, or its distance too unlike that of its neighbours"
+                            .to_owned()
+                    }
+                    Unused::Behind => "its camera is too near to the object".to_owned(),
+                };
+                write!(f, "view {name} gives no silhouette to the map: {why}")
             }
             Self::MapStalled { wanted, reached } => {
                 write!(

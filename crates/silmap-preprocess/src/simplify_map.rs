@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use silmap_geometry::{CostQueue, Mask};
-use silmap_map::{CapturedErrors, CollapseOrder, Method, SilhouetteMap};
+use silmap_map::{CapturedErrors, CapturedView, CollapseOrder, Method, SilhouetteMap};
 use thiserror::Error;
 
 use crate::progress;
@@ -95,6 +95,13 @@ const BATCH: usize = 16;
 /// First evaluations between two looks at the watch.
 const CHUNK: usize = 256;
 
+/// Of the views that are kept, photographs stay up to this share: the others close the polytope where nobody took one.
+const KEPT_PHOTOGRAPHS: f64 = 0.5;
+
+fn is_photograph(view: &CapturedView) -> bool {
+    view.photographed.is_some_and(|share| share > 0.0)
+}
+
 /// A collapse as it was when its cost was last evaluated. Of equal costs the smaller view numbers go first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
@@ -173,6 +180,10 @@ struct Simplification<'a> {
     probes: usize,
     /// Collapses that an estimate allowed and that were not allowed after all, as the polytope is now: they must not come back.
     refused: Vec<Collapse>,
+    /// Views of the polytope that are photographs.
+    photographs: usize,
+    /// So many of them stay.
+    kept_photographs: usize,
     report: SimplifyMapReport,
 }
 
@@ -187,8 +198,25 @@ impl<'a> Simplification<'a> {
             known: HashMap::new(),
             probes: usize::MAX,
             refused: Vec::new(),
+            photographs: dense.views.iter().filter(|v| is_photograph(v)).count(),
+            kept_photographs: (KEPT_PHOTOGRAPHS * f64::from(params.keep)) as usize,
             report: SimplifyMapReport::default(),
         }
+    }
+
+    fn photographs_left(&self) -> usize {
+        let views = &self.predictor.map().views;
+        let kept = self.polytope.kept();
+        kept.iter()
+            .filter(|&&v| is_photograph(&views[v as usize]))
+            .count()
+    }
+
+    /// Whether a view must stay: a photograph's silhouette is what was seen. Its neighbours predict it badly or well as its mask is noisy
+    /// or not, which says nothing about how much it is worth.
+    fn must_stay(&self, view: u32) -> bool {
+        self.photographs <= self.kept_photographs
+            && is_photograph(&self.predictor.map().views[view as usize])
     }
 
     /// Puts every possible collapse into the queue.
@@ -205,7 +233,9 @@ impl<'a> Simplification<'a> {
     fn evaluate(&mut self, collapses: &[Collapse]) {
         let evaluated: Vec<Option<(f64, Candidate, Vec<Prediction>)>> = collapses
             .par_iter()
-            .filter(|collapse| !self.refused.contains(collapse))
+            .filter(|collapse| {
+                !self.refused.contains(collapse) && !self.must_stay(collapse.removed)
+            })
             .map_init(
                 || self.predictor.scratch(),
                 |scratch, &collapse| self.probe(collapse, scratch),
@@ -271,7 +301,7 @@ impl<'a> Simplification<'a> {
                 let Some((cost, &top)) = self.queue.peek() else {
                     break;
                 };
-                if !self.polytope.is_edge(top.collapse) {
+                if !self.polytope.is_edge(top.collapse) || self.must_stay(top.collapse.removed) {
                     self.queue.pop();
                 } else if self.polytope.version(top.collapse.removed) != top.version {
                     self.queue.pop();
@@ -323,6 +353,7 @@ impl<'a> Simplification<'a> {
             self.errors[p.view as usize] = p.error;
         }
         let fresh = self.polytope.apply(collapse, &predictions);
+        self.photographs = self.photographs_left();
         self.evaluate(&fresh);
         true
     }

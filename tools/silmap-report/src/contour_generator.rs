@@ -127,6 +127,7 @@ mod tests {
                 depths,
                 ..ViewContour::default()
             }],
+            photographed: None,
         }
     }
 

@@ -168,6 +168,7 @@ mod tests {
             views: vec![CapturedView {
                 camera,
                 contours: vec![contour],
+                photographed: None,
             }],
             triangles: Vec::new(),
         }

@@ -289,10 +289,13 @@ impl<'a> Contents<'a> {
             tolerance_px: map.tolerance,
             coverage: map.coverage.into(),
         };
-        let levels_view = map.levels_view;
+        let (levels_view, photographed) = (map.levels_view, map.photographed.as_deref());
         let mut map = silhouettes::decode(&header, self.data().view(map.silhouettes_view)?)?;
         if let Some(bytes) = self.data().view_if_there(levels_view)? {
             levels::decode(bytes, &mut map)?;
+        }
+        if let Some(shares) = photographed {
+            silhouettes::set_photographed(&mut map, shares)?;
         }
         let uniform_curve = match self.data().view_if_there(build.uniform_curve_view)? {
             Some(bytes) => paint::decode_curve(bytes)?,

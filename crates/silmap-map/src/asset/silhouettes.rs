@@ -121,6 +121,53 @@ impl Grid {
     }
 }
 
+/// Shares of outlines are rounded to this.
+const SHARE_STEPS: f64 = 1000.0;
+
+/// How much of each view's outline a photograph shows; `None` where no view says so.
+///
+/// # Errors
+/// When one is not a share.
+pub(super) fn photographed(map: &SilhouetteMap) -> Result<Option<Vec<f64>>, AssetError> {
+    if map.views.iter().all(|v| v.photographed.is_none()) {
+        return Ok(None);
+    }
+    let shares = map.views.iter().map(|v| v.photographed.unwrap_or(0.0));
+    shares
+        .map(checked_share)
+        .collect::<Result<_, _>>()
+        .map(Some)
+}
+
+fn checked_share(value: f64) -> Result<f64, AssetError> {
+    match (0.0..=1.0).contains(&value) {
+        true => Ok((value * SHARE_STEPS).round() / SHARE_STEPS),
+        false => Err(AssetError::OutOfRange {
+            what: "photographed share",
+            value,
+            limit: 1.0,
+        }),
+    }
+}
+
+/// Gives the views of a map their shares.
+///
+/// # Errors
+/// When there is not one for each view, or one is none.
+pub(super) fn set_photographed(map: &mut SilhouetteMap, shares: &[f64]) -> Result<(), AssetError> {
+    if shares.len() != map.views.len() {
+        return Err(AssetError::Count {
+            what: "photographed shares",
+            found: shares.len(),
+            expected: map.views.len(),
+        });
+    }
+    for (view, &share) in map.views.iter_mut().zip(shares) {
+        view.photographed = Some(checked_share(share)?);
+    }
+    Ok(())
+}
+
 /// The asset as it comes back from a file: contours, depths and errors rounded.
 ///
 /// # Errors
@@ -129,6 +176,9 @@ pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
     let mut map = decode(&MapHeader::of(&asset.map), &encode(&asset.map)?)?;
     if let Some(bytes) = levels::encode(&asset.map)? {
         levels::decode(&bytes, &mut map)?;
+    }
+    if let Some(shares) = photographed(&asset.map)? {
+        set_photographed(&mut map, &shares)?;
     }
     let mut rounded = Asset {
         map,
@@ -254,7 +304,11 @@ pub(super) fn decode(header: &MapHeader, bytes: &[u8]) -> Result<SilhouetteMap, 
         let eye = DVec3::new(read.double()?, read.double()?, read.double()?);
         let camera = header.camera(v, eye)?;
         let contours = decode_contours(&mut read, &header.depth_grid(eye))?;
-        views.push(CapturedView { camera, contours });
+        views.push(CapturedView {
+            camera,
+            contours,
+            photographed: None,
+        });
     }
     let triangle_count = read.count(TRIANGLE_BYTES)?;
     let mut triangles = Vec::with_capacity(triangle_count);

@@ -140,6 +140,7 @@ fn small_asset() -> Asset {
     let view = |x| CapturedView {
         camera: camera(x),
         contours: vec![contour.clone()],
+        photographed: None,
     };
     Asset {
         record: BuildRecord::default(),

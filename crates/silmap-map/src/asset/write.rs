@@ -97,6 +97,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             coverage: map.coverage.into(),
             silhouettes_view: buffers.push(&silhouettes::encode(map)?),
             levels_view: levels::encode(map)?.map(|bytes| buffers.push(&bytes)),
+            photographed: silhouettes::photographed(map)?,
         },
         hull: HullPart {
             volume_ratio: hull.volume_ratio,

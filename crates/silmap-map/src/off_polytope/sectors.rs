@@ -261,6 +261,7 @@ mod tests {
         let view = CapturedView {
             camera,
             contours: vec![contour],
+            photographed: None,
         };
         let rim = RimMoments::of_view(&view, DVec3::ZERO);
         let reach = |d: DVec2| rim.reach(d, &view.camera);

@@ -267,6 +267,7 @@ fn view_of(loops: &[Loop], side: u32, with_depths: bool) -> silmap_map::Captured
     silmap_map::CapturedView {
         camera: camera.unwrap(),
         contours: contours.collect(),
+        photographed: None,
     }
 }
 

@@ -25,6 +25,8 @@ impl Simplification<'_> {
             errors: self.captured_errors(),
             steps: Vec::with_capacity(kept.len()),
         };
+        // Who asks for fewer views than that gets them.
+        self.kept_photographs = 0;
         self.restart(watch)?;
         while let Some(step) = self.next_step(watch)? {
             order.steps.push(CollapseStep {

@@ -50,7 +50,9 @@ impl Simplification<'_> {
             self.turn_edges(&self.polytope.edges());
             for view in self.polytope.kept() {
                 watch.check()?;
-                self.replace(view);
+                if !self.must_stay(view) {
+                    self.replace(view);
+                }
                 watch.advance(progress::REFINE, 1);
             }
             if self.error_sum > before * (1.0 - LEAST_GAIN) {
@@ -161,5 +163,6 @@ impl Simplification<'_> {
             self.errors[kept as usize] = 0.0;
         }
         self.polytope.apply_patch(&tried.patch, &tried.predictions);
+        self.photographs = self.photographs_left();
     }
 }

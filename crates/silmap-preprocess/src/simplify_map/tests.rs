@@ -27,6 +27,7 @@ fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
             CapturedView {
                 camera,
                 contours: contours.collect(),
+                photographed: None,
             }
         })
         .collect();

@@ -151,9 +151,9 @@ pub(crate) struct CaptureArgs {
     /// Views to capture around the model
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
     pub(crate) views: u32,
-    /// Side of the captured pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=4096))]
-    pub(crate) resolution: u32,
+    /// Side of the captured pictures in pixels [default: 512; of a capture as fine as most photographs, from 256 to 1024]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub(crate) resolution: Option<u32>,
     /// How far a contour may move when it is simplified, in pixels [default: 0.5, or 0.75 with --coverage any, where it moves
     /// outward only]
     #[arg(long, value_name = "PIXELS", value_parser = parse_positive)]

@@ -12,7 +12,7 @@ use silmap_measure::{
     Bench, Row, SceneBench, SceneParams, SceneResults, compare, machine, subdivide,
 };
 use silmap_mesh_io::Loaded;
-use silmap_preprocess::pipeline::BuildParams;
+use silmap_preprocess::pipeline::{BuildParams, Photographed};
 
 use crate::args::{BenchArgs, usage_error};
 use crate::commands::build::build_watched;
@@ -60,7 +60,9 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<()> {
     let (asset, bytes) = match read {
         Some(read) => read,
         None => {
-            let (asset, _) = build_watched(&model, &BuildParams::default()).with_context(named)?;
+            let (asset, _) =
+                build_watched(&model, &Photographed::default(), &BuildParams::default())
+                    .with_context(named)?;
             let bytes = asset::write(&asset).with_context(named)?;
             (asset, bytes)
         }

@@ -13,7 +13,7 @@ use silmap_measure::uniform::uniform_curve;
 use silmap_mesh_io::{LoadOptions, Loaded};
 use silmap_preprocess::capture::{Backend, CaptureParams};
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
-use silmap_preprocess::pipeline::{self, BuildParams, BuildReport};
+use silmap_preprocess::pipeline::{self, BuildParams, BuildReport, Photographed};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
 
@@ -182,11 +182,16 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     }
     let load = started.elapsed().as_secs_f64();
     let params = recipe.map_or_else(
-        || params_from_args(args, model.mesh.bounds().radius),
+        || {
+            let fitting = (carved.as_ref()).map(|c| captured::fitting_resolution_px(&c.capture));
+            let resolution_px = fitting.unwrap_or(BuildParams::default().resolution_px);
+            params_from_args(args, model.mesh.bounds().radius, resolution_px)
+        },
         |recipe| recipe.build.clone(),
     );
     let named = || model_path.display().to_string();
-    let (mut asset, report) = build_watched(&model, &params).with_context(named)?;
+    let seen = (carved.as_ref()).map_or_else(Photographed::default, CarvedCapture::photographed);
+    let (mut asset, report) = build_watched(&model, &seen, &params).with_context(named)?;
     if let Some(views) = recipe.and_then(|recipe| recipe.fewer_views) {
         asset = keep_fewer_views(&asset, ViewGoal::Keep(views)).with_context(named)?;
     }
@@ -294,10 +299,12 @@ fn check_usage(args: &BuildArgs) {
 /// As [`pipeline::build`].
 pub(crate) fn build_watched(
     model: &Loaded,
+    seen: &Photographed,
     params: &BuildParams,
 ) -> anyhow::Result<(Asset, BuildReport)> {
-    let built =
-        Progress::new().watch(|watch| pipeline::build(&model.mesh, &model.name, params, watch))?;
+    let built = Progress::new().watch(|watch| {
+        pipeline::build_photographed(&model.mesh, seen, &model.name, params, watch)
+    })?;
     for warning in &built.1.warnings {
         output::warn(&format!("{}: {warning}", model.name));
     }
@@ -371,12 +378,12 @@ fn tell(
         },
         warnings: found.warnings,
         peak_bytes: machine::peak_bytes(None),
-        capture: found.carved.map(|c| c.json(asset.map.views.len())),
+        capture: found.carved.map(|c| c.json(&asset.map)),
     })
 }
 
 /// The options as params, for a model of this bounding-sphere radius.
-fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
+fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> BuildParams {
     let (captured, kept) = (&args.capture, &args.map);
     let coverage = CoverageRule::from(captured.coverage);
     let default_tolerance = SimplifyContourParams::for_coverage(coverage).tolerance_px;
@@ -384,7 +391,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64) -> BuildParams {
         load: load_options(args.mending),
         views: captured.views,
         view_radius_rel: captured.radius.in_radii(model_radius),
-        resolution_px: captured.resolution,
+        resolution_px: captured.resolution.unwrap_or(resolution_px),
         capture: CaptureParams {
             coverage,
             backend: captured.backend.into(),
@@ -417,7 +424,7 @@ mod tests {
         let Command::Build(args) = cli.command else {
             panic!("build is not build");
         };
-        params_from_args(&args, 2.0)
+        params_from_args(&args, 2.0, BuildParams::default().resolution_px)
     }
 
     #[test]

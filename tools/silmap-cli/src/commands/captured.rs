@@ -6,9 +6,14 @@ use std::time::Instant;
 use anyhow::Context;
 use serde::Serialize;
 use silmap_capture::{
-    Capture, CaptureWarning, CarveParams, Carved, Painted, carve, disagreeing, median, paint, read,
+    Capture, CaptureView, CaptureWarning, CarveParams, Carved, Painted, carve, disagreeing, median,
+    paint, read, seen_outlines,
 };
+use silmap_geometry::camera;
+use silmap_map::{CapturedView, SilhouetteMap};
 use silmap_mesh_io::Loaded;
+use silmap_preprocess::pipeline::Photographed;
+use silmap_preprocess::seen::SeenSilhouette;
 
 use crate::args::CarveArgs;
 use crate::progress::Progress;
@@ -39,10 +44,12 @@ pub(crate) struct MaskJson {
 /// What `build` prints about a capture, besides what it prints about a mesh.
 #[derive(Debug, Serialize)]
 pub(crate) struct CaptureJson {
-    /// Views of the map whose silhouettes are a photograph's own: none yet.
+    /// Views of the map whose silhouettes are photographs' own, in part at least.
     views_seen: usize,
     /// Views of the map whose silhouettes are those of the carved hull.
     views_closed: usize,
+    /// Share of the directions around the object from which outlines rest on photographs.
+    covered: Option<f64>,
     masks: Vec<MaskJson>,
     overlap: OverlapJson,
     /// Views that may see a point beside their mask, and it is kept.
@@ -167,11 +174,32 @@ impl CarvedCapture {
         }
     }
 
-    /// What is printed with an asset that keeps so many views.
-    pub(crate) fn json(&self, kept: usize) -> CaptureJson {
+    /// The photographs' own silhouettes.
+    pub(crate) fn photographed(&self) -> Photographed {
+        let outlines = seen_outlines(&self.capture, &self.carved);
+        let pairs = self.capture.views.iter().zip(outlines);
+        let silhouettes = pairs.filter_map(|(view, seen)| {
+            seen.map(|seen| SeenSilhouette {
+                name: view.name.clone(),
+                eye: seen.eye,
+                outline: seen.outline,
+                ray_from_image: seen.ray_from_image,
+                photographed: seen.photographed,
+            })
+        });
+        Photographed {
+            silhouettes: silhouettes.collect(),
+        }
+    }
+
+    /// What is printed with an asset that has this map.
+    pub(crate) fn json(&self, map: &SilhouetteMap) -> CaptureJson {
+        let is_seen = |v: &&CapturedView| v.photographed.is_some_and(|share| share > 0.0);
+        let views_seen = map.views.iter().filter(is_seen).count();
         CaptureJson {
-            views_seen: 0,
-            views_closed: kept,
+            views_seen,
+            views_closed: map.views.len() - views_seen,
+            covered: map.covered_on_average(),
             masks: self.masks(),
             overlap: self.overlap(),
             outvoted: self.carved.outvoted,
@@ -197,6 +225,14 @@ impl CarvedCapture {
             }
         )
     }
+}
+
+/// The side of pictures in which a pixel is about one of most photographs', as large as the masks are in these, pixels.
+pub(crate) fn fitting_resolution_px(capture: &Capture) -> u32 {
+    let half_px = |view: &CaptureView| view.extent_px().map(|extent| 0.5 * extent.length());
+    let usual = median(capture.views.iter().filter_map(half_px)).unwrap_or(0.0);
+    let side = 2.0 * camera::FIT_MARGIN * usual;
+    (side as u32).next_multiple_of(64).clamp(256, 1024)
 }
 
 /// `build --check`.

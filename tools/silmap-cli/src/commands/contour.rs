@@ -25,6 +25,8 @@ struct ContourJson<'a> {
     camera: CameraJson,
     triangle: [u32; 3],
     barycentric: [f64; 3],
+    /// How much of the outline rests on photographs, from 0 to 1; null where the map is of a mesh.
+    covered: Option<f64>,
     /// Level of detail of the contours that were interpolated.
     level: u8,
     loops: Vec<Vec<[f64; 2]>>,
@@ -73,6 +75,7 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
         camera: CameraJson::new(&camera, camera.eye.distance(map.center), origin),
         triangle: map.triangles[outline.triangle as usize],
         barycentric: outline.barycentric,
+        covered: map.covered(outline.triangle, outline.barycentric),
         level: outline.level,
         loops: loops_json(outline.simple_loops()),
         seconds,

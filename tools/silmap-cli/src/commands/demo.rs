@@ -13,7 +13,7 @@ use silmap_hull::HullParams;
 use silmap_map::{Asset, Method, asset};
 use silmap_measure::{MeasureParams, measure};
 use silmap_mesh_io::{self as mesh_io, Loaded};
-use silmap_preprocess::pipeline::{BuildParams, BuildReport};
+use silmap_preprocess::pipeline::{BuildParams, BuildReport, Photographed};
 use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_report::{Picture, PictureRow, Report};
 use silmap_study::{
@@ -93,7 +93,8 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let mesh = mesh_io::encode(Path::new("organic.ply"), model.mesh.mesh())?;
     write("organic.ply", mesh);
     let params = demo_params();
-    let (mut asset, report) = build_watched(&model, &params).context("the demo's model")?;
+    let (mut asset, report) =
+        build_watched(&model, &Photographed::default(), &params).context("the demo's model")?;
     add_uniform_curve(&mut asset, &model, &params)?;
     let bytes = asset::write(&asset)?;
     write("organic.glb", bytes.clone());

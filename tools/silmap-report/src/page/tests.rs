@@ -29,6 +29,7 @@ fn asset() -> Asset {
                 depths: vec![eye.length(); 4],
                 levels: Vec::new(),
             }],
+            photographed: None,
         }
     };
     Asset {

@@ -74,9 +74,10 @@ prop_compose! {
         radius in prop_oneof![Just(1.0), 1e-6..1e6_f64],
         resolution_px in 1_u32..2000,
         any_coverage: bool,
+        is_of_photographs: bool,
         tolerance_px in 0.0..2.0_f64,
         views in prop::collection::vec(
-            (prop::array::uniform3(-1.0..1.0_f64), prop::collection::vec(any_contour(), 0..6)),
+            (prop::array::uniform3(-1.0..1.0_f64), prop::collection::vec(any_contour(), 0..6), 0_u32..=1000),
             0..8,
         ),
         triangles in prop::collection::vec(any::<[u32; 3]>(), 0..10),
@@ -84,12 +85,13 @@ prop_compose! {
         let center = DVec3::from_array(center);
         let views: Vec<_> = views
             .into_iter()
-            .map(|(direction, contours)| {
+            .map(|(direction, contours, share)| {
                 let direction = DVec3::from_array(direction).try_normalize().unwrap_or(DVec3::X);
                 let eye = center + direction * (3.0 * radius);
                 let size = (resolution_px, resolution_px);
                 let camera = Camera::fit_sphere(eye, center, radius, None, size).unwrap();
-                CapturedView { camera, contours }
+                let photographed = is_of_photographs.then_some(f64::from(share) / 1000.0);
+                CapturedView { camera, contours, photographed }
             })
             .collect();
         let count = views.len() as u32;

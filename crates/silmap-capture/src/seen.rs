@@ -1,0 +1,416 @@
+//! The silhouettes that photographs show themselves, completed and corrected by the carved hull.
+//!
+//! An outline is a mask's own where the mask agrees with the hull that all masks leave, up to noise. Where it strays farther (a bite out
+//! of a mask, a blob of background) the other masks have outvoted it, and the hull's silhouette takes its place, as it does where the
+//! object leaves the image. What share is left of the mask is known for each outline.
+
+use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
+use silmap_geometry::trace::trace_contours;
+use silmap_geometry::{Loop, Mask, TriangleMesh, polygon};
+
+use crate::carve::Carved;
+use crate::pinhole::Pinhole;
+use crate::residual::{median, silhouette};
+use crate::signed_distance::SignedDistance;
+use crate::view::Capture;
+
+/// What is noise of a mask, pixels, however coarse the voxels.
+const LEAST_NOISE_PX: f64 = 4.0;
+
+/// This share of the pixels along an outline is within the usual noise...
+const USUAL: f64 = 0.98;
+
+/// ... and what strays this much farther is none.
+const BEYOND_USUAL: f64 = 1.5;
+
+/// What is no wider than this, pixels, or than a voxel, voxels cannot show: it is the mask's, whatever the hull has there.
+const LEAST_WIDTH_PX: f64 = 3.0;
+
+/// What is replaced reaches from there back to this share of it.
+const BACK_TO: f64 = 0.35;
+
+/// A view whose outline is its own by a smaller share disagrees with the rest: its camera may be wrong, or most of its mask.
+const LEAST_PHOTOGRAPHED: f64 = 0.4;
+
+/// Pixels beside what the hull covers.
+const MARGIN_PX: f64 = 2.0;
+
+/// An object this much larger than its image, in images, is not completed.
+const MOST_BESIDE: f64 = 2.0;
+
+/// A photograph's outline of the whole object.
+#[derive(Clone, Debug)]
+pub struct SeenOutline {
+    /// Where the camera stands, in the coordinates of the hull's mesh.
+    pub eye: DVec3,
+    /// Outer loops and holes, in pixels of the image, which they may leave.
+    pub outline: Vec<Loop>,
+    /// Takes an image point with a 1 appended to the direction of its ray.
+    pub ray_from_image: DMat3,
+    /// Share of the outline's length that is the mask's own, between 0 and 1.
+    pub photographed: f64,
+}
+
+/// The outlines of all views, in their order; `None` where a view disagrees with most of the rest or the hull is too near to its camera.
+#[must_use]
+pub fn seen_outlines(capture: &Capture, carved: &Carved) -> Vec<Option<SeenOutline>> {
+    let origin = carved.mesh.origin();
+    let drawn: Vec<Option<Drawn>> = (capture.views.par_iter().enumerate())
+        .map(|(k, view)| {
+            carved.residuals[k]?;
+            Drawn::of(carved.mesh.mesh(), &view.camera.moved(-origin), &view.mask)
+        })
+        .collect();
+    let usual = drawn.iter().flatten().map(|d| d.noise(&d.mask));
+    let usual = median(usual).unwrap_or(0.0);
+    (capture.views.par_iter().zip(drawn))
+        .map(|(view, drawn)| {
+            let drawn = drawn?;
+            let middle = carved.mesh.bounds().center;
+            let (_, depth) = drawn.camera.project(middle)?;
+            let voxel_px = carved.voxel * drawn.camera.pixels_per_tangent() / depth;
+            let noise = LEAST_NOISE_PX.max(voxel_px).max(BEYOND_USUAL * usual);
+            let outline = drawn.outline(&view.outline, (noise, LEAST_WIDTH_PX.max(voxel_px)));
+            (outline.photographed >= LEAST_PHOTOGRAPHED).then_some(outline)
+        })
+        .collect()
+}
+
+/// A mask beside the hull's silhouette, in an image that holds both.
+struct Drawn {
+    camera: Pinhole,
+    /// Columns and rows left of and above the image.
+    before: [u32; 2],
+    hull: Mask,
+    mask: Mask,
+    /// What the image shows.
+    shown: Mask,
+    distances: SignedDistance,
+}
+
+impl Drawn {
+    /// `None` where the hull reaches behind the camera or far beyond the image.
+    fn of(hull: &TriangleMesh, camera: &Pinhole, mask: &Mask) -> Option<Self> {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for &point in &hull.positions {
+            let (image, _) = camera.project(point)?;
+            (low, high) = (low.min(image), high.max(image));
+        }
+        let size = DVec2::new(camera.width.into(), camera.height.into());
+        let room = |beside: DVec2| {
+            let px = (beside + MARGIN_PX).ceil().max(DVec2::ZERO);
+            px.cmple(MOST_BESIDE * size)
+                .all()
+                .then(|| px.as_uvec2().to_array())
+        };
+        let is_in = |beside: DVec2| beside.cmple(DVec2::splat(-MARGIN_PX)).all();
+        let (before, after) = (room(-low)?, room(high - size)?);
+        let (before, after) = match is_in(-low) && is_in(high - size) {
+            true => ([0; 2], [0; 2]),
+            false => (before, after),
+        };
+        let wide = Pinhole {
+            width: camera.width + before[0] + after[0],
+            height: camera.height + before[1] + after[1],
+            principal: camera.principal + DVec2::new(before[0].into(), before[1].into()),
+            ..*camera
+        };
+        let drawn = silhouette(hull, &wide)?;
+        let mut shown = Mask::new(wide.width, wide.height);
+        for y in 0..camera.height {
+            let from = i64::from(before[0]);
+            shown.set_span(y + before[1], from, from + i64::from(camera.width));
+        }
+        Some(Self {
+            camera: *camera,
+            before,
+            distances: SignedDistance::new(&drawn),
+            hull: drawn,
+            mask: moved(mask, before, &wide),
+            shown,
+        })
+    }
+
+    /// The distance from the hull's outline that most pixels along the mask's are within.
+    fn noise(&self, mask: &Mask) -> f64 {
+        let mut away: Vec<f64> = Vec::new();
+        for y in 1..i64::from(mask.height()) {
+            for x in 1..i64::from(mask.width()) {
+                let is_border =
+                    mask.get(x, y) != mask.get(x - 1, y) || mask.get(x, y) != mask.get(x, y - 1);
+                if is_border && self.shown.get(x - 1, y) && self.shown.get(x, y - 1) {
+                    let at = DVec2::new(x as f64, y as f64);
+                    away.push(self.distances.at(at).abs());
+                }
+            }
+        }
+        away.sort_by(f64::total_cmp);
+        away.get((USUAL * away.len() as f64) as usize)
+            .copied()
+            .unwrap_or(0.0)
+    }
+
+    /// The outline, the mask's own where it is within `noise` pixels of the hull's, or what is different is not wider than `width`.
+    fn outline(self, own: &[Loop], (noise, width): (f64, f64)) -> SeenOutline {
+        let replaced = self.replaced(noise, 0.5 * width);
+        let shift = DVec2::new(self.before[0].into(), self.before[1].into());
+        let mut whole = self.mask.clone();
+        for ((own, &hull), &replaced) in
+            (whole.words_mut().iter_mut().zip(self.hull.words())).zip(replaced.words())
+        {
+            *own = *own & !replaced | hull & replaced;
+        }
+        let (outline, photographed) = match whole == self.mask {
+            true => (own.to_vec(), 1.0),
+            false => {
+                let traced = trace_contours(&whole);
+                let photographed = share_beside(&traced, &replaced);
+                let back = |points: Loop| points.into_iter().map(|p| p - shift).collect();
+                (traced.into_iter().map(back).collect(), photographed)
+            }
+        };
+        let [origin, right, down] =
+            [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| self.camera.direction(p));
+        SeenOutline {
+            eye: self.camera.eye,
+            outline,
+            ray_from_image: DMat3::from_cols(right - origin, down - origin, origin),
+            photographed,
+        }
+    }
+
+    /// The pixels where the hull's silhouette takes the mask's place.
+    fn replaced(&self, noise: f64, half_width: f64) -> Mask {
+        let (width, height) = (self.mask.width(), self.mask.height());
+        let mut found = Mask::new(width, height);
+        let mut different = self.mask.clone();
+        for ((word, &hull), &shown) in
+            (different.words_mut().iter_mut().zip(self.hull.words())).zip(self.shown.words())
+        {
+            *word = (*word ^ hull) & shown;
+        }
+        let inside = SignedDistance::new(&different);
+        let is_wide = |x: u32, y: u32| {
+            inside.at(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)) <= -half_width
+        };
+        let mut open: Vec<(u32, u32)> = Vec::new();
+        let stray = |x: i64, y: i64| {
+            let is_shown = self.shown.get(x, y) && self.mask.get(x, y) != self.hull.get(x, y);
+            match is_shown {
+                true => self
+                    .distances
+                    .at(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
+                    .abs(),
+                false => 0.0,
+            }
+        };
+        for y in 0..height {
+            for x in 0..width {
+                if !self.shown.get(x.into(), y.into()) {
+                    found.set(x, y, true);
+                } else if stray(x.into(), y.into()) > noise && is_wide(x, y) {
+                    found.set(x, y, true);
+                    open.push((x, y));
+                }
+            }
+        }
+        while let Some((x, y)) = open.pop() {
+            for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
+                let (x, y) = (i64::from(x) + dx, i64::from(y) + dy);
+                if !found.get(x, y) && stray(x, y) > BACK_TO * noise {
+                    found.set(x as u32, y as u32, true);
+                    open.push((x as u32, y as u32));
+                }
+            }
+        }
+        found
+    }
+}
+
+/// A mask in a larger image.
+fn moved(mask: &Mask, [left, above]: [u32; 2], wide: &Pinhole) -> Mask {
+    if (left, above) == (0, 0) && (mask.width(), mask.height()) == (wide.width, wide.height) {
+        return mask.clone();
+    }
+    let mut found = Mask::new(wide.width, wide.height);
+    for y in 0..mask.height() {
+        for x in 0..mask.width() {
+            if mask.get(x.into(), y.into()) {
+                found.set(x + left, y + above, true);
+            }
+        }
+    }
+    found
+}
+
+/// The share of the length of traced loops that has no pixel of `replaced` beside it.
+fn share_beside(loops: &[Loop], replaced: &Mask) -> f64 {
+    let (mut whole, mut own) = (0.0, 0.0);
+    for (from, to) in loops.iter().flat_map(|points| polygon::edges(points)) {
+        let steps = from.distance(to).round().max(1.0) as u32;
+        let along = (to - from) / f64::from(steps);
+        let aside = 0.5 * along.perp();
+        for k in 0..steps {
+            let middle = from + along * (f64::from(k) + 0.5);
+            let is_replaced = [aside, -aside].iter().any(|&a| {
+                let pixel = (middle + a).floor();
+                replaced.get(pixel.x as i64, pixel.y as i64)
+            });
+            whole += 1.0;
+            own += f64::from(u8::from(!is_replaced));
+        }
+    }
+    own / f64::max(whole, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use silmap_geometry::polygon::{fill_non_zero, signed_area};
+    use silmap_geometry::{ClosedMesh, Watch};
+    use silmap_models as models;
+
+    use crate::carve::{CarveParams, carve};
+    use crate::view::{CameraFormat, CaptureView};
+
+    const SIZE: (u32, u32) = (240, 200);
+
+    fn camera(k: usize, count: usize) -> Pinhole {
+        let turn = std::f64::consts::TAU * k as f64 / count as f64;
+        let eye = 6.0 * DVec3::new(turn.cos(), turn.sin(), 0.7 * (2.0 * turn).sin());
+        let forward = -eye.normalize_or_zero();
+        let right = forward.cross(DVec3::Z).normalize_or_zero();
+        let lens = (DVec2::new(330.0, 320.0), DVec2::new(124.3, 93.7));
+        Pinhole::from_pose(eye, [right, forward.cross(right), forward], lens, SIZE).unwrap()
+    }
+
+    fn model() -> TriangleMesh {
+        models::torus(3000)
+    }
+
+    /// The capture of a torus; `spoil` changes masks.
+    fn capture(spoil: impl Fn(usize, &mut Pinhole, &mut Mask)) -> Capture {
+        let count = 18;
+        let views = (0..count).map(|k| {
+            let mut camera = camera(k, count);
+            let mut mask = silhouette(&model(), &camera).unwrap();
+            spoil(k, &mut camera, &mut mask);
+            CaptureView {
+                name: format!("view_{k:02}"),
+                camera,
+                outline: trace_contours(&mask),
+                mask,
+                photo: None,
+            }
+        });
+        Capture {
+            name: "torus".to_owned(),
+            path: "cameras.json".into(),
+            format: CameraFormat::CamerasJson,
+            pixel_centre: 0.5,
+            object_bounds: None,
+            views: views.collect(),
+            listed: count,
+            warnings: Vec::new(),
+        }
+    }
+
+    fn seen(capture: &Capture, outvoted: u32) -> Vec<Option<SeenOutline>> {
+        let params = CarveParams {
+            voxels: 64,
+            outvoted: Some(outvoted),
+        };
+        let carved = carve(capture, &params, &Watch::silent()).unwrap();
+        let _: &ClosedMesh = &carved.mesh;
+        seen_outlines(capture, &carved)
+    }
+
+    fn area(outline: &SeenOutline) -> f64 {
+        outline
+            .outline
+            .iter()
+            .map(|points| signed_area(points))
+            .sum()
+    }
+
+    #[test]
+    fn outlines_of_good_masks_are_their_own() {
+        let capture = capture(|_, _, _| ());
+        for (view, seen) in capture.views.iter().zip(seen(&capture, 0)) {
+            let seen = seen.unwrap();
+            let name = &view.name;
+            assert_eq!(seen.photographed, 1.0, "{name}");
+            let area = |loops: &[Loop]| loops.iter().map(|l| signed_area(l)).sum::<f64>();
+            assert!(
+                seen.outline == view.outline,
+                "{name}: {} loops for {}, area {} for {}",
+                seen.outline.len(),
+                view.outline.len(),
+                area(&seen.outline),
+                area(&view.outline)
+            );
+            // The rays are those of the camera.
+            let p = DVec2::new(31.0, 77.5);
+            let ray = seen.ray_from_image * p.extend(1.0);
+            assert!(ray.distance(view.camera.direction(p)) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_bite_and_a_blob_are_outvoted_and_the_rest_stays() {
+        // A bite of 30 × 30 pixels out of the middle of the rim, and a blob in a corner.
+        let spoiled = capture(|k, _, mask| {
+            if k == 5 {
+                for y in 0..200 {
+                    let is_bite = (80..110).contains(&y);
+                    let last = (0..240).rfind(|&x| mask.get(x, i64::from(y)));
+                    if let Some(last) = last.filter(|_| is_bite) {
+                        for x in last - 30..=last {
+                            mask.set(x as u32, y, false);
+                        }
+                    }
+                }
+                for y in 5..25 {
+                    mask.set_span(y, 5, 25);
+                }
+            }
+        });
+        let good = capture(|_, _, _| ());
+        let (found, wanted) = (seen(&spoiled, 1), seen(&good, 1));
+        let (found, wanted) = (found[5].as_ref().unwrap(), wanted[5].as_ref().unwrap());
+        let off = (area(found) - area(wanted)).abs() / area(wanted);
+        assert!(off < 0.02, "{off} of the area is off");
+        let spoiled_off = (spoiled.views[5].mask.count() as f64 - area(wanted)).abs();
+        assert!(spoiled_off > 0.03 * area(wanted), "the control");
+        assert!(found.photographed > 0.6 && found.photographed < 0.98);
+    }
+
+    #[test]
+    fn what_the_image_cuts_off_is_the_hulls() {
+        // The image of one camera ends in the middle of the object.
+        let cut = capture(|k, camera, mask| {
+            if k == 3 {
+                camera.width = 120;
+                let mut narrow = Mask::new(120, SIZE.1);
+                for y in 0..SIZE.1 {
+                    for x in (0..120).filter(|&x| mask.get(x.into(), y.into())) {
+                        narrow.set(x, y, true);
+                    }
+                }
+                *mask = narrow;
+            }
+        });
+        let found = seen(&cut, 0);
+        let outline = found[3].as_ref().unwrap();
+        let whole = silhouette(&model(), &camera(3, 18)).unwrap();
+        let mut filled = Mask::new(SIZE.0, SIZE.1);
+        fill_non_zero(&outline.outline, &mut filled);
+        let off = filled.count_different(&whole) as f64 / whole.count() as f64;
+        // The hull's own silhouette is that far off, with so few voxels.
+        assert!(off < 0.05, "{off}");
+        assert!(outline.photographed > 0.3 && outline.photographed < 0.8);
+        let missing = 1.0 - cut.views[3].mask.count() as f64 / whole.count() as f64;
+        assert!(missing > 0.3, "the control: {missing}");
+    }
+}
