@@ -13,6 +13,7 @@ mod error;
 pub mod evaluate;
 mod exact_shape;
 mod figures;
+mod leave_one_out;
 pub mod machine;
 mod measure;
 mod median;
@@ -36,6 +37,9 @@ pub use exact_shape::ExactShape;
 pub use figures::{
     ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
     PolytopeLevel, TextureFigures, WorstView,
+};
+pub use leave_one_out::{
+    LEAVE_OUT, LeaveOneOutError, LeaveOneOutParams, LeftOutError, Predictor, leave_one_out,
 };
 pub use measure::{MeasureParams, Measured, measure};
 pub use painting::{Painting, painting};

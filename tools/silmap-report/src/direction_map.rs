@@ -100,7 +100,7 @@ pub(crate) fn direction_map(
 /// Where a direction is on the map: right and down from −1 to 1.
 ///
 /// +Z is in the middle, +X halfway to the right, +Y at the top.
-fn mollweide(direction: DVec3) -> DVec2 {
+pub(crate) fn mollweide(direction: DVec3) -> DVec2 {
     let d = direction.normalize_or_zero();
     let latitude = d.y.clamp(-1.0, 1.0).asin();
     let longitude = d.x.atan2(d.z);
@@ -120,7 +120,7 @@ fn mollweide(direction: DVec3) -> DVec2 {
 }
 
 /// The direction at a place of the map; places beside the ellipse are moved onto its rim.
-fn direction_at(place: DVec2) -> DVec3 {
+pub(crate) fn direction_at(place: DVec2) -> DVec3 {
     let theta = (-place.y).clamp(-1.0, 1.0).asin();
     let sin = (2.0 * theta + (2.0 * theta).sin()) / std::f64::consts::PI;
     let cos = (1.0 - sin * sin).max(0.0).sqrt();
@@ -175,7 +175,7 @@ fn mean_around(direction: DVec3, samples: &[(DVec3, f64)], spacing_squared: f64)
 }
 
 /// Meridians and parallels.
-fn graticule(svg: &mut String, middle: DVec2, radii: DVec2) {
+pub(crate) fn graticule(svg: &mut String, middle: DVec2, radii: DVec2) {
     const MERIDIANS_DEGREES: [i32; 5] = [-120, -60, 0, 60, 120];
     const PARALLELS_DEGREES: [i32; 5] = [-60, -30, 0, 30, 60];
     let at = |latitude: f64, longitude: f64| {
@@ -243,7 +243,7 @@ fn colour_bar(svg: &mut String, scale: &LogScale) {
     text(svg, (left + width, top - 7.0), "end", "misclassified");
 }
 
-fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, label: &str) {
+pub(crate) fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, label: &str) {
     push(
         svg,
         format_args!(
@@ -253,7 +253,7 @@ fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, label: &str) {
     );
 }
 
-fn push(svg: &mut String, part: std::fmt::Arguments<'_>) {
+pub(crate) fn push(svg: &mut String, part: std::fmt::Arguments<'_>) {
     // Writing into a string cannot fail.
     let _ = svg.write_fmt(part);
 }

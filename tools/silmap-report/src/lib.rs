@@ -8,6 +8,7 @@ mod canvas;
 mod charts;
 mod comparison;
 mod contour_generator;
+mod coverage_map;
 mod difference;
 mod direction_map;
 mod epipolar_picture;
@@ -27,6 +28,7 @@ use silmap_map::Asset;
 use silmap_measure::{Comparison, Measured, SceneResults};
 
 pub use comparison::numbers as comparison_numbers;
+pub use coverage_map::coverage_map;
 
 /// Everything the page shows.
 #[derive(Clone, Debug)]

@@ -49,6 +49,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     (
         "silmap-measure",
         &[
+            "silmap-capture",
             "silmap-geometry",
             "silmap-map",
             "silmap-gpu",

@@ -162,6 +162,9 @@ pub(crate) struct InspectArgs {
     /// List views, polytope triangles and the error curve too
     #[arg(long)]
     pub(crate) full: bool,
+    /// Draw from where outlines rest on photographs, as a map of all directions; for the asset of a capture
+    #[arg(long, value_name = "FILE.svg")]
+    pub(crate) coverage: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
 }
@@ -186,8 +189,19 @@ pub(crate) enum WhereArg {
 Example:
   silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json")]
 pub(crate) struct EvaluateArgs {
+    /// The asset
+    pub(crate) asset: PathBuf,
+    /// The mesh it was made from
+    #[arg(long, value_name = "MODEL", required_unless_present = "leave_one_out")]
+    pub(crate) model: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) compared: AssetOfModelArgs,
+    pub(crate) mending: MendingArgs,
+    /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then, and no model is needed
+    #[arg(long, conflicts_with_all = ["model", "viewpoints", "textures", "placement", "method"])]
+    pub(crate) leave_one_out: bool,
+    /// Leave only every Nth view out [default: 1, of more than 100 views 4]
+    #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) every: Option<u32>,
     /// How many test viewpoints
     #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) viewpoints: u32,

@@ -12,7 +12,7 @@ use silmap_measure::evaluate::{
 use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
 
 use crate::args::{EvaluateArgs, WhereArg};
-use crate::commands::open_gpu;
+use crate::commands::{leave_one_out, open_gpu};
 use crate::files::{load_model_of, read_asset};
 use crate::output;
 use crate::progress::Progress;
@@ -51,8 +51,11 @@ struct ViewpointJson {
 const FEW_PX: u64 = 100;
 
 pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
-    let (asset, _) = read_asset(&args.compared.asset)?;
-    let model = load_model_of(&asset, &args.compared.model, args.compared.mending)?;
+    let Some(model) = &args.model else {
+        return leave_one_out::run(&args.asset, args);
+    };
+    let (asset, _) = read_asset(&args.asset)?;
+    let model = load_model_of(&asset, model, args.mending)?;
     // Before the long work, for it may not be there.
     let gpu = args.textures.map(|_| open_gpu()).transpose()?;
     let params = EvaluateParams {
@@ -68,7 +71,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     };
     let errors = Progress::new()
         .watch(|watch| evaluate(&asset.map, model.mesh.mesh(), &params, watch))
-        .with_context(|| args.compared.asset.display().to_string())?;
+        .with_context(|| args.asset.display().to_string())?;
     warn_of_few_pixels(args, &errors);
     let methods = summarise(&errors);
     let textures = match (args.textures, &gpu) {
@@ -83,7 +86,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
                 viewpoints,
                 colour_difference: Progress::new()
                     .watch(|watch| colour_errors(gpu, &asset, mesh, &params, watch))
-                    .with_context(|| args.compared.asset.display().to_string())?,
+                    .with_context(|| args.asset.display().to_string())?,
                 discontinuities_per_1000: discontinuities_per_1000(&asset, mesh),
             })
         }
@@ -116,7 +119,7 @@ fn warn_of_few_pixels(args: &EvaluateArgs, errors: &[ViewpointError]) {
         output::warn(&format!(
             "{}: at {} of {} viewpoints fewer than {FEW_PX} pixels are inside the true outline, at one {least}: shares of so few say \
              little (--resolution makes them more)",
-            args.compared.asset.display(),
+            args.asset.display(),
             few.len(),
             args.viewpoints,
         ));

@@ -1,14 +1,16 @@
 //! `silmap inspect`: what is in an asset.
 
+use anyhow::bail;
 use serde::Serialize;
 use silmap_geometry::camera::in_short;
 use silmap_map::{Asset, asset};
+use silmap_report::coverage_map;
 
 use crate::args::InspectArgs;
 use crate::commands::build::TextureJson;
 use crate::files::{beside, read_asset};
 use crate::numbers::{coordinate, point};
-use crate::output;
+use crate::output::{self, OutputFile};
 
 #[derive(Serialize)]
 struct Inspection<'a> {
@@ -57,6 +59,8 @@ struct MapJson {
     /// Mean contour vertices of a view at each level of detail; null where contours have no levels.
     level_vertices_mean: Option<Vec<f64>>,
     has_depth: bool,
+    /// Share of all directions, by which outlines rest on photographs; null where the map is of a mesh.
+    covered: Option<f64>,
     bytes: u64,
     /// Fewest views that `build --from` can go down to; null when the file has no collapse order.
     fewest_views: Option<usize>,
@@ -82,12 +86,25 @@ struct TexturesJson {
 struct ViewJson {
     eye: [f64; 3],
     contour_vertices: usize,
+    /// Share of its outline that a photograph shows; null where the map is of a mesh.
+    photographed: Option<f64>,
 }
 
 pub(crate) fn run(args: &InspectArgs) -> anyhow::Result<()> {
     let (asset, bytes) = read_asset(&args.asset)?;
     let sizes = asset::sizes_with(&bytes, &beside(&args.asset))?;
     let inspection = inspect(&asset, &sizes, args.full);
+    if let Some(path) = &args.coverage {
+        let file = OutputFile::check(path)?;
+        file.refuse_to_replace(&args.asset);
+        let Some(svg) = coverage_map(&asset.map) else {
+            bail!(
+                "{}: no photographs are in it: its silhouettes are those of a mesh",
+                args.asset.display()
+            );
+        };
+        file.write(svg.as_bytes())?;
+    }
     if args.output.json {
         return output::print_json(&inspection);
     }
@@ -122,6 +139,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
                     .collect()
             }),
             has_depth: map.has_depth(),
+            covered: map.covered_on_average(),
             bytes: sizes.map,
             fewest_views: (record.order.as_ref())
                 .map(|order| map.views.len().saturating_sub(order.steps.len())),
@@ -152,6 +170,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
                 .map(|(view, &contour_vertices)| ViewJson {
                     eye: (view.camera.eye + origin).to_array(),
                     contour_vertices,
+                    photographed: view.photographed,
                 })
                 .collect()
         }),
@@ -210,6 +229,12 @@ fn describe(i: &Inspection<'_>) -> String {
         i.generator,
         i.options,
     );
+    if let Some(covered) = i.map.covered {
+        text.push_str(&format!(
+            "seen      {:.0} % of all outlines rest on photographs, the others on the hull that these leave\n",
+            100.0 * covered
+        ));
+    }
     if let Some(params) = i.params {
         text.push_str(&format!("params    {params}\n"));
     }

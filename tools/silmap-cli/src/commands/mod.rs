@@ -12,6 +12,7 @@ mod evaluate;
 mod generate;
 mod hull;
 mod inspect;
+mod leave_one_out;
 mod manifest;
 mod render;
 mod report;

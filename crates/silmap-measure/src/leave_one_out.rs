@@ -1,0 +1,374 @@
+//! How well the silhouettes of some photographs say what another one shows: each view of a capture is left out in turn and predicted
+//! from the rest.
+//!
+//! Predicted by each rule of interpolation; by what else could be done with the remaining masks: the nearest view's outline carried over
+//! by the homography of a plane through the object, and the visual hull of all of them, without voxels; and, for orientation, by the
+//! silhouette of the carved hull that votes have made. Pixels are those of the left-out mask, as shares of its inside; outside of the
+//! image nothing is known, and nothing is counted.
+
+use glam::DVec2;
+use glam::DVec3;
+use silmap_capture::{
+    Capture, CaptureView, CarveError, CarveParams, Carved, Pinhole, carve, seen_outlines,
+    silhouette, visual_hull_silhouette,
+};
+use silmap_geometry::polygon::fill_non_zero;
+use silmap_geometry::{Bounds, Bvh, Camera, CameraError, Interrupted, Loop, Mask, Stage, Watch};
+use silmap_map::{
+    Detail, InterpolateError, Interpolation, MapReader, Method, PolytopeError, SilhouetteMap,
+};
+use silmap_preprocess::pipeline::{BuildError, BuildParams, Captured};
+use silmap_preprocess::seen::SeenSilhouette;
+use thiserror::Error;
+
+/// Leaving views out; the units are views.
+pub const LEAVE_OUT: Stage = Stage("leaving views out");
+
+/// Views from the same direction, by the cosine between them, go together: the other one would predict nothing but itself.
+const SAME_COSINE: f64 = 0.999_962;
+
+/// Views farther than this from the left-out one give no outline to it, as a cosine: 70°.
+const FAR_COSINE: f64 = 0.34;
+
+/// How far from the voted hull's silhouette the visual hull's is looked for, pixels and voxels.
+const NEAR_PX: i64 = 3;
+
+/// What predicts a left-out silhouette.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Predictor {
+    /// A rule of interpolation.
+    Method(Method),
+    /// The nearest remaining view's outline, carried over by a homography.
+    NearestView,
+    /// The visual hull of all remaining masks.
+    VisualHull,
+    /// The carved hull of the remaining masks, some of them outvoted.
+    CarvedHull,
+}
+
+impl Predictor {
+    /// What it is called.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Method(method) => method.name(),
+            Self::NearestView => "nearest-view",
+            Self::VisualHull => "visual-hull",
+            Self::CarvedHull => "carved-hull",
+        }
+    }
+
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Method(Method::Paper),
+        Self::Method(Method::Hull),
+        Self::Method(Method::Tight),
+        Self::NearestView,
+        Self::VisualHull,
+        Self::CarvedHull,
+    ];
+}
+
+/// What is left out, and how maps are made of the rest.
+#[derive(Clone, Debug)]
+pub struct LeaveOneOutParams {
+    /// Every so-manieth view is left out.
+    pub every: usize,
+    /// How the rest is carved.
+    pub carve: CarveParams,
+    /// How the rest's map is made; no views are removed from it.
+    pub build: BuildParams,
+}
+
+/// A prediction beside the mask.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeftOutError {
+    /// The number of the view that was left out.
+    pub view: usize,
+    /// What predicted it.
+    pub predictor: Predictor,
+    /// Misclassified pixels over pixels inside.
+    pub misclassified: f64,
+    /// Escaped pixels over pixels inside.
+    pub escaped: f64,
+    /// How much of what was looked at rests on photographs; `None` where it is not interpolated.
+    pub covered: Option<f64>,
+}
+
+/// Why nothing was measured.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LeaveOneOutError {
+    /// The caller asked to stop.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// The capture cannot be carved.
+    #[error(transparent)]
+    Whole(CarveError),
+    /// What is left cannot be carved.
+    #[error("without view {view}: {source}")]
+    Carve {
+        /// The view that was left out.
+        view: String,
+        /// Why.
+        source: CarveError,
+    },
+    /// What is left makes no map.
+    #[error("without view {view}: {source}")]
+    Map {
+        /// The view that was left out.
+        view: String,
+        /// Why.
+        source: BuildError,
+    },
+    /// The map cannot be read.
+    #[error(transparent)]
+    Polytope(#[from] PolytopeError),
+    /// An outline cannot be interpolated.
+    #[error(transparent)]
+    Interpolate(#[from] InterpolateError),
+    /// A camera too near to the object.
+    #[error("view {view}: {source}")]
+    Camera {
+        /// The view.
+        view: String,
+        /// Why.
+        source: CameraError,
+    },
+}
+
+/// Leaves views of a capture out in turn, and predicts each from the rest.
+///
+/// # Errors
+/// When interrupted, or what is left cannot be built.
+pub fn leave_one_out(
+    capture: &Capture,
+    params: &LeaveOneOutParams,
+    watch: &Watch<'_>,
+) -> Result<Vec<LeftOutError>, LeaveOneOutError> {
+    let whole = carve(capture, &params.carve, watch).map_err(LeaveOneOutError::Whole)?;
+    let views: Vec<usize> = (0..capture.views.len())
+        .step_by(params.every.max(1))
+        .collect();
+    watch.start(LEAVE_OUT, views.len() as u64);
+    let mut errors = Vec::new();
+    for view in views {
+        errors.extend(Remaining::without(capture, &whole, view, params, watch)?.errors(watch)?);
+        watch.advance(LEAVE_OUT, 1);
+    }
+    watch.finish(LEAVE_OUT);
+    Ok(errors)
+}
+
+/// What is left of a capture without a view, and what is made of it.
+struct Remaining<'a> {
+    view: usize,
+    left_out: &'a CaptureView,
+    views: Vec<CaptureView>,
+    carved: Carved,
+    map: SilhouetteMap,
+    /// In the coordinates of the map.
+    camera: Pinhole,
+    /// A square camera at the same place.
+    plain: Camera,
+}
+
+impl<'a> Remaining<'a> {
+    fn without(
+        capture: &'a Capture,
+        whole: &Carved,
+        view: usize,
+        params: &LeaveOneOutParams,
+        watch: &Watch<'_>,
+    ) -> Result<Self, LeaveOneOutError> {
+        let left_out = &capture.views[view];
+        let name = || left_out.name.clone();
+        let middle = whole.mesh.bounds().center + whole.mesh.origin();
+        let direction = |v: &CaptureView| (v.camera.eye - middle).normalize_or_zero();
+        let mut rest = capture.clone();
+        (rest.views).retain(|v| direction(v).dot(direction(left_out)) < SAME_COSINE);
+        // How many votes may be wrong is known of the whole.
+        let carving = CarveParams {
+            outvoted: Some(whole.outvoted),
+            ..params.carve
+        };
+        let carved =
+            carve(&rest, &carving, &watch.quiet()).map_err(|source| LeaveOneOutError::Carve {
+                view: name(),
+                source,
+            })?;
+        let camera = left_out.camera.moved(-carved.mesh.origin());
+        let bounds = carved.mesh.bounds();
+        let size = (params.build.resolution_px, params.build.resolution_px);
+        let plain = Camera::fit_sphere(camera.eye, bounds.center, bounds.radius, None, size)
+            .map_err(|source| LeaveOneOutError::Camera {
+                view: name(),
+                source,
+            })?;
+        let map = map_about(&rest, &carved, camera.eye, &params.build, &watch.quiet()).map_err(
+            |source| LeaveOneOutError::Map {
+                view: name(),
+                source,
+            },
+        )?;
+        Ok(Self {
+            view,
+            left_out,
+            views: rest.views,
+            carved,
+            map,
+            camera,
+            plain,
+        })
+    }
+
+    fn errors(&self, watch: &Watch<'_>) -> Result<Vec<LeftOutError>, LeaveOneOutError> {
+        let mut reader = MapReader::new(&self.map)?;
+        let voted = silhouette(self.carved.mesh.mesh(), &self.camera);
+        let mut errors = Vec::new();
+        for predictor in Predictor::ALL {
+            watch.check()?;
+            let mut covered = None;
+            let predicted = match predictor {
+                Predictor::Method(method) => {
+                    let how = Interpolation {
+                        method,
+                        detail: Detail::Level(0),
+                        ..Interpolation::default()
+                    };
+                    let at = reader.interpolate(&self.map, &self.plain, how)?;
+                    covered = self.map.covered(at.triangle, at.barycentric);
+                    Some(self.filled(&reader.simple_loops().to_loops()))
+                }
+                Predictor::NearestView => self.nearest_view(),
+                Predictor::VisualHull => voted.as_ref().map(|voted| self.visual_hull(voted)),
+                Predictor::CarvedHull => voted.clone(),
+            };
+            let Some(predicted) = predicted else {
+                continue;
+            };
+            let mask = &self.left_out.mask;
+            let inside = mask.count().max(1) as f64;
+            errors.push(LeftOutError {
+                view: self.view,
+                predictor,
+                misclassified: predicted.count_different(mask) as f64 / inside,
+                escaped: mask.count_missing_in(&predicted) as f64 / inside,
+                covered,
+            });
+        }
+        Ok(errors)
+    }
+
+    /// What loops in the plain camera's picture cover in the left-out image.
+    fn filled(&self, loops: &[Loop]) -> Mask {
+        let to_image = |&p: &DVec2| {
+            let ray = self.plain.direction_from_image(p);
+            self.camera.project(self.camera.eye + ray).map(|(p, _)| p)
+        };
+        let loops: Vec<Loop> = loops
+            .iter()
+            .map(|points| points.iter().filter_map(to_image).collect())
+            .collect();
+        filled(&loops, &self.camera)
+    }
+
+    /// The nearest view's outline, as if the object were flat: in the plane through its middle that faces both.
+    fn nearest_view(&self) -> Option<Mask> {
+        let middle = self.carved.mesh.bounds().center + self.carved.mesh.origin();
+        let direction = |v: &CaptureView| (v.camera.eye - middle).normalize_or_zero();
+        let own = direction(self.left_out);
+        let nearest = (self.views.iter())
+            .max_by(|a, b| direction(a).dot(own).total_cmp(&direction(b).dot(own)))?;
+        let normal = (direction(nearest) + own).normalize_or_zero();
+        let to_image = |&p: &DVec2| {
+            let ray = nearest.camera.direction(p);
+            let along = (middle - nearest.camera.eye).dot(normal) / ray.dot(normal);
+            let point = nearest.camera.eye + ray * along;
+            (self.left_out.camera.project(point)).map(|(p, _)| p)
+        };
+        let loops: Vec<Loop> = (nearest.outline.iter())
+            .map(|points| points.iter().filter_map(to_image).collect())
+            .collect();
+        Some(filled(&loops, &self.left_out.camera))
+    }
+
+    /// Where the rays of pixels meet the visual hull; it lies within the hull that votes have made, but for the voxels of that.
+    fn visual_hull(&self, voted: &Mask) -> Mask {
+        let (bounds, origin) = (self.carved.mesh.bounds(), self.carved.mesh.origin());
+        let depth = self.camera.eye.distance(bounds.center);
+        let voxel_px = self.carved.voxel * self.camera.pixels_per_tangent() / depth;
+        let near = grown(voted, NEAR_PX + voxel_px.ceil() as i64);
+        let around = Bounds {
+            center: bounds.center + origin,
+            radius: bounds.radius + 2.0 * self.carved.voxel,
+            ..*bounds
+        };
+        let views: Vec<&CaptureView> = self.views.iter().collect();
+        visual_hull_silhouette(&views, 0, &self.left_out.camera, (&around, &near))
+    }
+}
+
+/// The map of all photographs; only views that an eye could look through have outlines.
+fn map_about(
+    capture: &Capture,
+    carved: &Carved,
+    eye: DVec3,
+    params: &BuildParams,
+    watch: &Watch<'_>,
+) -> Result<SilhouetteMap, BuildError> {
+    let model = &carved.mesh;
+    let pairs = capture.views.iter().zip(seen_outlines(capture, carved));
+    let silhouettes: Vec<SeenSilhouette> = pairs
+        .filter_map(|(view, seen)| {
+            let seen = seen?;
+            Some(SeenSilhouette {
+                name: view.name.clone(),
+                eye: seen.eye,
+                outline: seen.outline,
+                ray_from_image: seen.ray_from_image,
+                photographed: seen.photographed,
+            })
+        })
+        .collect();
+    let center = model.bounds().center;
+    let is_near = |camera: &Camera| {
+        let cosine = (camera.eye - center).normalize_or_zero();
+        cosine.dot((eye - center).normalize_or_zero()) > FAR_COSINE
+    };
+    let captured = Captured::where_needed(model, &silhouettes, params, &is_near, watch)?;
+    captured.map(model, &Bvh::new(model.mesh()), params, watch)
+}
+
+/// The pixels of a camera's image that loops cover.
+fn filled(loops: &[Loop], camera: &Pinhole) -> Mask {
+    let mut mask = Mask::new(camera.width, camera.height);
+    fill_non_zero(loops, &mut mask);
+    mask
+}
+
+/// A mask and what is near it, by squares of that half side.
+fn grown(mask: &Mask, by: i64) -> Mask {
+    let (width, height) = (mask.width(), mask.height());
+    let mut wide = Mask::new(width, height);
+    for y in 0..height {
+        for x in 0..width {
+            let (x, y) = (i64::from(x), i64::from(y));
+            if mask.get(x, y) && !(mask.get(x - 1, y) && mask.get(x + 1, y)) {
+                wide.set_span(y as u32, x - by, x + by + 1);
+            } else if mask.get(x, y) {
+                wide.set(x as u32, y as u32, true);
+            }
+        }
+    }
+    let mut grown = wide.clone();
+    for y in 0..i64::from(height) {
+        for other in (y - by).max(0)..(y + by + 1).min(height.into()) {
+            let row = wide.row(other as u32).to_vec();
+            for (word, more) in grown.row_mut(y as u32).iter_mut().zip(row) {
+                *word |= more;
+            }
+        }
+    }
+    grown
+}
