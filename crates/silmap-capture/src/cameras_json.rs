@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::CaptureFault;
 use crate::json::Fields;
+use crate::lens::Distortion;
 use crate::pinhole::{Matrix34, Pinhole, PinholeFault, rotation_deviation};
 
 /// How far P may be from K·[R t], as a share of the largest element.
@@ -65,6 +66,7 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
         Ok(DeclaredView {
             name,
             camera,
+            distortion: Distortion::default(),
             mask,
             photo,
         })
@@ -75,6 +77,7 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
         pixel_centre,
         object_bounds: bounds.map(|corners| corners.map(DVec3::from)),
         is_metric: metric,
+        warnings: Vec::new(),
     })
 }
 

@@ -205,7 +205,7 @@ pub fn carve(
         })
         .collect();
     let voting: Vec<FieldView> = (at_origin.par_iter())
-        .map(|view| FieldView::new(view.camera, &view.mask))
+        .map(|view| FieldView::new(view.camera, &view.mask, view.known.as_ref()))
         .collect();
     let mut carver = Carver {
         views: at_origin.iter().collect(),

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use crate::lens::Distortion;
 use crate::pinhole::Pinhole;
+use crate::view::CaptureWarning;
 
 /// Where the mask of a view is.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,13 +17,17 @@ pub(crate) enum MaskPlace {
     None,
     /// By convention, beside the photograph.
     ByConvention,
+    /// The first of these that is there, or the photograph's alpha channel.
+    OneOf(Vec<PathBuf>),
 }
 
 /// A view of a camera file.
 #[derive(Clone, Debug)]
 pub(crate) struct DeclaredView {
     pub(crate) name: String,
+    /// With the photograph's size.
     pub(crate) camera: Pinhole,
+    pub(crate) distortion: Distortion,
     pub(crate) mask: MaskPlace,
     /// The photograph's path; it need not be there.
     pub(crate) photo: Option<PathBuf>,
@@ -35,4 +41,6 @@ pub(crate) struct Declared {
     pub(crate) object_bounds: Option<[DVec3; 2]>,
     pub(crate) is_metric: bool,
     pub(crate) views: Vec<DeclaredView>,
+    /// Views that are listed and cannot be used.
+    pub(crate) warnings: Vec<CaptureWarning>,
 }

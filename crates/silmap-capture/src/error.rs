@@ -42,6 +42,12 @@ pub enum CaptureFault {
         /// What the reader of JSON says, with line and column.
         reason: String,
     },
+    /// A damaged file of another kind.
+    #[error("it is damaged: {reason}")]
+    Damaged {
+        /// What is wrong with it.
+        reason: String,
+    },
     /// NaN or infinity in JSON, which has no such numbers.
     #[error("line {line}, column {column}: a number is NaN or infinite")]
     NotFinite {
@@ -95,13 +101,21 @@ pub enum CaptureFault {
     },
     /// A lens model that is not taken out.
     #[error(
-        "view {view}: the lens has distortion ({what}), which is not taken out here yet: undistort the pictures first"
+        "view {view}: its lens has the model {what}, which is not taken out here: undistort the pictures first"
     )]
-    Distortion {
+    LensModel {
         /// The view's name.
         view: String,
-        /// The first coefficient that is not zero, or the model's name.
+        /// The model's name.
         what: String,
+    },
+    /// A lens whose numbers mean nothing.
+    #[error("view {view}: {reason}")]
+    Lens {
+        /// The view's name.
+        view: String,
+        /// What is wrong with it.
+        reason: &'static str,
     },
     /// Cameras up to a projectivity.
     #[error(

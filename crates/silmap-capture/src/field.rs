@@ -19,6 +19,8 @@ use crate::signed_distance::SignedDistance;
 pub(crate) struct FieldView {
     camera: Pinhole,
     distances: SignedDistance,
+    /// Distances to the border of what its photograph shows, where that is not all of the image.
+    known: Option<SignedDistance>,
 }
 
 /// Interpolated distances are this much steeper than one pixel a pixel, at most: √2, and rounding.
@@ -28,17 +30,19 @@ const STEEPEST: f64 = 1.45;
 const SLACK_PX: f64 = 1.0;
 
 impl FieldView {
-    pub(crate) fn new(camera: Pinhole, mask: &Mask) -> Self {
+    pub(crate) fn new(camera: Pinhole, mask: &Mask, known: Option<&Mask>) -> Self {
         Self {
             camera,
             distances: SignedDistance::new(mask),
+            known: known.map(SignedDistance::new),
         }
     }
 
     /// The distance to the outline's cone, length units about; `None` where the view does not see the point.
     fn value(&self, point: DVec3) -> Option<f64> {
         let (image, depth) = self.camera.project(point)?;
-        let is_seen = self.camera.shows(image);
+        let is_seen = self.camera.shows(image)
+            && (self.known.as_ref()).is_none_or(|known| known.at(image) <= 0.0);
         is_seen.then(|| self.distances.at(image) * depth / self.camera.pixels_per_tangent())
     }
 
@@ -66,8 +70,13 @@ impl FieldView {
         if low.cmplt(DVec2::ZERO).any() || high.cmpgt(size).any() {
             return Word::Undecided;
         }
-        let distance = self.distances.at(middle);
         let room = STEEPEST * reach + SLACK_PX;
+        match self.known.as_ref().map(|known| known.at(middle)) {
+            Some(distance) if distance > room => return Word::Unseen,
+            Some(distance) if distance > -room => return Word::Undecided,
+            _ => {}
+        }
+        let distance = self.distances.at(middle);
         if distance > room {
             Word::Outside
         } else if distance < -room {

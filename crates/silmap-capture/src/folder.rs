@@ -5,111 +5,33 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use silmap_geometry::trace::trace_contours;
-use silmap_mesh_io::input;
 
+use crate::camera_files::{self, CameraFile};
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::{CaptureError, CaptureFault};
-use crate::json::{self, Fields};
+use crate::mask_file;
 use crate::mask_image::{MaskFault, MaskImage};
+use crate::undistort::without_lens;
 use crate::view::{CameraFormat, Capture, CaptureView, CaptureWarning};
-use crate::{cameras_json, mask_file, middlebury, transforms_json};
-
-/// Names that are looked for in a folder, the first that is there wins.
-const FILES: [&str; 2] = ["cameras.json", "transforms.json"];
-
-/// What the names of Middlebury's camera files end in; such a file is taken where none of the others is there.
-const MIDDLEBURY: &str = "_par.txt";
-
-const KNOWN: &str = "cameras.json or transforms.json or a *_par.txt";
 
 /// Extensions of masks that are found by convention.
 const MASK_EXTENSIONS: [&str; 2] = ["png", "webp"];
-
-/// Whether a path is to be read as a capture rather than as a mesh: a folder, or a file whose name ends in `.json` or `_par.txt`.
-#[must_use]
-pub fn is_capture(path: &Path) -> bool {
-    let is_json = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("json"));
-    is_json || is_middlebury(path) || path.is_dir()
-}
-
-fn is_middlebury(path: &Path) -> bool {
-    let name = path.file_name().map(|n| n.to_string_lossy());
-    name.is_some_and(|n| n.ends_with(MIDDLEBURY))
-}
 
 /// Reads a capture: a camera file, or a folder that holds one; and the masks.
 ///
 /// # Errors
 /// One sentence that names the file and the first view at fault.
 pub fn read(path: &Path) -> Result<Capture, CaptureError> {
-    let fault_at = |path: &Path| {
-        let path = path.to_owned();
-        move |fault| CaptureError {
-            path,
-            fault: Box::new(fault),
-        }
-    };
-    let file = camera_file(path).map_err(fault_at(path))?;
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => PathBuf::from("."),
-    };
-    let text = input::read_text(&file)
-        .map_err(CaptureFault::Unreadable)
-        .map_err(fault_at(&file))?;
-    let understood = if is_middlebury(&file) {
-        let size_of = |photo: &Path| size_by_pictures(photo, &folder);
-        middlebury::read(&text, &folder, &size_of).map(|d| (CameraFormat::Middlebury, d))
-    } else {
-        declared(&text, &folder)
-    };
-    let (format, declared) = understood.map_err(fault_at(&file))?;
-    let capture = with_masks(declared, (format, &file, &folder));
-    capture.map_err(fault_at(&file))
-}
-
-fn camera_file(path: &Path) -> Result<PathBuf, CaptureFault> {
-    let about = fs::metadata(path).map_err(CaptureFault::Unreadable)?;
-    if !about.is_dir() {
-        return Ok(path.to_owned());
-    }
-    let mut files = FILES.iter().map(|name| path.join(name));
-    if let Some(found) = files.find(|file| file.is_file()) {
-        return Ok(found);
-    }
-    let entries = fs::read_dir(path).map_err(CaptureFault::Unreadable)?;
-    let mut others: Vec<PathBuf> = entries
-        .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|file| is_middlebury(file) && file.is_file())
-        .collect();
-    // The order in a folder is the file system's own.
-    others.sort();
-    let first = others.into_iter().next();
-    first.ok_or(CaptureFault::NoCameraFile { known: KNOWN })
-}
-
-fn declared(text: &str, folder: &Path) -> Result<(CameraFormat, Declared), CaptureFault> {
-    let value = json::parse(text)?;
-    let Some(map) = value.as_object() else {
-        return Err(CaptureFault::OtherJson);
-    };
-    let object = Fields {
-        place: String::new(),
-        map,
-    };
-    if map.contains_key("views") {
-        return Ok((
-            CameraFormat::CamerasJson,
-            cameras_json::read(&object, folder)?,
-        ));
-    }
-    if map.contains_key("frames") {
-        let read = transforms_json::read(&object, folder)?;
-        return Ok((CameraFormat::TransformsJson, read));
-    }
-    Err(CaptureFault::OtherJson)
+    let CameraFile {
+        format,
+        path: file,
+        folder,
+        declared,
+    } = camera_files::read(path)?;
+    with_masks(declared, (format, &file, &folder)).map_err(|fault| CaptureError {
+        path: file,
+        fault: Box::new(fault),
+    })
 }
 
 fn with_masks(
@@ -120,7 +42,8 @@ fn with_masks(
         .map(|view| find_mask(view, folder))
         .collect();
     let listed = declared.views.len();
-    let (mut views, mut warnings) = (Vec::new(), Vec::new());
+    let (mut views, mut warnings) = (Vec::new(), declared.warnings);
+    let listed = listed + warnings.len();
     for (view, mask) in declared.views.into_iter().zip(found) {
         let Some(MaskImage { mask, notes }) = mask? else {
             warnings.push(CaptureWarning::NoMask { view: view.name });
@@ -139,13 +62,16 @@ fn with_masks(
             Some(Ok(())) => view.photo.clone(),
             None => None,
         };
-        views.push(CaptureView {
+        let as_taken = CaptureView {
             name: view.name,
             camera: view.camera,
             outline: trace_contours(&mask),
             mask,
             photo,
-        });
+            lens: None,
+            known: None,
+        };
+        views.push(without_lens(as_taken, &view.distortion)?);
     }
     // The last thing to be said: what is wrong with a view comes before.
     if !declared.is_metric {
@@ -204,12 +130,13 @@ fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<MaskImage>, Ca
         MaskPlace::Named(path) => {
             return mask_file::read(path, size).map(Some).map_err(fault(path));
         }
-        MaskPlace::ByConvention => {}
+        MaskPlace::ByConvention | MaskPlace::OneOf(_) => {}
     }
-    let beside = view
-        .photo
-        .as_deref()
-        .map_or_else(Vec::new, |photo| conventional(photo, folder));
+    let beside = match (&view.mask, view.photo.as_deref()) {
+        (MaskPlace::OneOf(places), _) => places.clone(),
+        (_, Some(photo)) => conventional(photo, folder),
+        (_, None) => Vec::new(),
+    };
     let named = MASK_EXTENSIONS.map(|e| folder.join("masks").join(format!("{}.{e}", view.name)));
     if let Some(path) = beside.into_iter().chain(named).find(|p| p.is_file()) {
         return mask_file::read(&path, size).map(Some).map_err(fault(&path));
@@ -225,7 +152,7 @@ fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<MaskImage>, Ca
 }
 
 /// Columns and rows of a photograph, or of the mask that is found by convention.
-fn size_by_pictures(photo: &Path, folder: &Path) -> Option<(u32, u32)> {
+pub(crate) fn size_by_pictures(photo: &Path, folder: &Path) -> Option<(u32, u32)> {
     let mut places = std::iter::once(photo.to_owned()).chain(conventional(photo, folder));
     places.find_map(|path| mask_file::size_of(&path))
 }

@@ -10,25 +10,40 @@
 //! | file | pose | camera's axes | first pixel's centre | intrinsics | source | test |
 //! |---|---|---|---|---|---|---|
 //! | `cameras.json` | world to camera: `P` = s·K·\[R t\], s > 0; or `K`, `R`, `t` | x right, y down, z forward | `pixel_centre`, 0.5 where it is missing; the image is shifted by ½ − `pixel_centre` | in `P` or `K`: unequal focal lengths, principal point, skew | Hartley, Zisserman, Multiple View Geometry, 2nd ed., eq. 6.11; the layout is this project's | `matrices_are_read_as_written` |
-//! | `transforms.json` | camera to world: `transform_matrix`, 4×4 or 3×4 | x right, y **up**, z **backward** (OpenGL, Blender) | 0.5: `cx`, `cy` count from the corner | `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h` for the file or a frame; `camera_angle_x` where `fl_x` is missing | nerfstudio, docs, "Data conventions"; instant-ngp, docs, `nerf_dataset_tips` | `poses_of_nerf_are_read_as_written`, `both_files_of_one_capture_agree` |
+//! | `transforms.json` | camera to world: `transform_matrix`, 4×4 or 3×4; `applied_transform` and `applied_scale` are in it already and are not undone, so that results lie in this file's frame | x right, y **up**, z **backward** (OpenGL, Blender) | 0.5: `cx`, `cy` count from the corner | `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h` for the file or a frame; `camera_angle_x` where `fl_x` is missing; `k1` … `p2` of `OPENCV` or `OPENCV_FISHEYE`, `k4` the factor of r⁸ unless there are `k5`, `k6` | nerfstudio, docs, "Data conventions", and `cameras/camera_utils.py`; instant-ngp, docs, `nerf_dataset_tips` | `poses_of_nerf_are_read_as_written`, `both_files_of_one_capture_agree`, `the_transform_that_was_applied_is_not_applied_again`, `lenses_of_transforms_are_taken_out` |
 //! | `*_par.txt` | world to camera: `name`, K, R, t | x right, y down, z forward | 0.0 | in K | Seitz et al., CVPR 2006, and the sets' `README.txt` | `lines_of_middlebury_are_read_as_written` |
+//! | COLMAP: `cameras`, `images`, `rigs`, `frames`, `.bin` or `.txt` | world to camera: w, x, y, z, t of each image; where that is none, the frame's, then the sensor's in its rig | x right, y down, z forward | 0.5 | by model; every model but `RAD_TAN_THIN_PRISM_FISHEYE` and `EQUIRECTANGULAR` | COLMAP, docs, "Output Format", and `src/colmap/sensor/models.h` | `models_of_colmap_are_read_as_written`, `poses_are_taken_from_rigs_and_frames_where_images_have_none`, `lenses_map_directions_as_colmap_does` |
+//! | `cameras.xml` of Metashape | camera to component or chunk: `transform`, 4×4; then the component's `transform` (scale, rotation, translation), or the chunk's where it has none | x right, y down, z forward | 0.5: `cx`, `cy` count from the image's **middle** | `f`, `cx`, `cy`, `b1` (columns' focal length − `f`), `b2` (skew), `k1` … `k4`, `p1`, `p2` (the other way round than OpenCV's) of frame and fisheye sensors | Agisoft, Metashape Professional User Manual, appendix "Camera models" | `cameras_of_metashape_are_read_as_written` |
+//! | `txt/*.txt` of PMVS: `CONTOUR` and P | world to image, of either sign | x right, y down, z forward | 0.0 | in P | Furukawa, Ponce, IEEE PAMI 32(8), 2010; docs of PMVS-2 | `matrices_of_pmvs_are_read_as_written` |
+//! | `*.P`, `*.txt`, `FileStorage` of OpenCV: P | world to image, of either sign | x right, y down, z forward | 0.0 | in P | Hartley, Zisserman, section 6.2; OpenCV, docs, "XML/YAML Persistence" | `plain_matrices_are_read_as_written` |
+//!
+//! Files of the last two kinds do not say where the first pixel's centre is; COLMAP writes matrices for PMVS with 0.5.
+//!
+//! Lens distortion is taken out: outlines point by point, masks from them, photographs by sampling, see [`Lens`]. What the photograph
+//! does not show is unknown.
 //!
 //! Masks: white, or opaque, is the object. Outside of an image is unknown, and not background.
 
 mod bounds;
+mod camera_files;
 mod cameras_json;
 mod carve;
+mod colmap;
 mod declared;
 mod error;
 mod field;
 mod folder;
 mod json;
+mod lens;
 mod mask_file;
 pub mod mask_image;
+mod matrices;
+mod metashape;
 mod middlebury;
 mod octree;
 mod paint;
 mod pieces;
+mod pictures;
 mod pinhole;
 mod residual;
 mod seen;
@@ -36,13 +51,23 @@ mod signed_distance;
 mod surface;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_colmap;
+#[cfg(test)]
+mod tests_formats;
+#[cfg(test)]
+mod tests_lens;
 mod transforms_json;
+mod undistort;
 mod view;
 mod visual_hull;
+mod view_names;
 
+pub use camera_files::is_capture;
 pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve};
 pub use error::{CaptureError, CaptureFault};
-pub use folder::{is_capture, read};
+pub use folder::read;
+pub use lens::{Distortion, Lens, Projection};
 pub use paint::{PAINT, Painted, paint};
 pub use pinhole::{Matrix34, Pinhole, PinholeFault};
 pub use residual::{Residual, disagreeing, median, residuals, silhouette};

@@ -9,6 +9,7 @@ use glam::{DMat3, DVec3};
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::CaptureFault;
+use crate::lens::Distortion;
 use crate::pinhole::{Pinhole, PinholeFault, rotation_deviation};
 
 /// Numbers of a line: K, R and t.
@@ -55,6 +56,7 @@ pub(crate) fn read(
         pixel_centre: PIXEL_CENTRE,
         object_bounds: None,
         is_metric: true,
+        warnings: Vec::new(),
         views,
     })
 }
@@ -109,6 +111,7 @@ fn view(
     let camera = Pinhole::from_matrix(&matrix, 0.5 - PIXEL_CENTRE, size).map_err(fault)?;
     Ok(DeclaredView {
         camera,
+        distortion: Distortion::default(),
         mask: MaskPlace::ByConvention,
         photo: Some(place),
         name,

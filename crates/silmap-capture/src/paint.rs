@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use silmap_geometry::watch::{Interrupted, Stage, Watch};
 use silmap_geometry::{Bvh, ClosedMesh, ColourImage, TextureWrap, lighting};
 
-use crate::mask_file;
 use crate::pinhole::Pinhole;
 use crate::signed_distance::SignedDistance;
 use crate::view::{Capture, CaptureWarning};
@@ -66,8 +65,9 @@ pub fn paint(
         let Some(path) = &view.photo else { continue };
         watch.check()?;
         watch.advance(PAINT, 1);
-        let picture = match mask_file::read_picture(path) {
-            Ok(picture) => picture.into_rgba8(),
+        let picture = match view.photograph() {
+            Ok(Some(picture)) => picture,
+            Ok(None) => continue,
             Err(fault) => {
                 warnings.push(CaptureWarning::Photo {
                     view: view.name.clone(),

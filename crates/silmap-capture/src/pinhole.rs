@@ -199,18 +199,29 @@ impl Pinhole {
         if p.z <= 0.0 {
             return None;
         }
-        let (x, y) = (p.x / p.z, p.y / p.z);
-        let image = DVec2::new(self.focal.x * x + self.skew * y, self.focal.y * y);
-        Some((image + self.principal, p.z))
+        Some((self.image(DVec2::new(p.x / p.z, p.y / p.z)), p.z))
     }
 
     /// Direction of the ray through an image point, with a forward part of one.
     #[must_use]
     pub fn direction(&self, image: DVec2) -> DVec3 {
+        let DVec2 { x, y } = self.tangent(image);
+        self.axes[0] * x + self.axes[1] * y + self.axes[2]
+    }
+
+    /// The direction (x, y, 1) of an image point, right, down and forward.
+    #[must_use]
+    pub fn tangent(&self, image: DVec2) -> DVec2 {
         let offset = image - self.principal;
         let y = offset.y / self.focal.y;
-        let x = (offset.x - self.skew * y) / self.focal.x;
-        self.axes[0] * x + self.axes[1] * y + self.axes[2]
+        DVec2::new((offset.x - self.skew * y) / self.focal.x, y)
+    }
+
+    /// The image point of the direction (x, y, 1).
+    #[must_use]
+    pub fn image(&self, tangent: DVec2) -> DVec2 {
+        let DVec2 { x, y } = tangent;
+        self.principal + DVec2::new(self.focal.x * x + self.skew * y, self.focal.y * y)
     }
 
     /// Whether an image point lies in the picture.

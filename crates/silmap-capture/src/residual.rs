@@ -30,7 +30,10 @@ pub fn residuals<'a>(
         .par_iter()
         .map(|view| {
             let camera = view.camera.moved(-hull.origin());
-            let drawn = silhouette(hull.mesh(), &camera)?;
+            let mut drawn = silhouette(hull.mesh(), &camera)?;
+            if let Some(known) = &view.known {
+                drawn.intersect(known);
+            }
             let of_mask = view.mask.count().max(1) as f64;
             let (beside, missing) = (
                 drawn.count_missing_in(&view.mask) as f64,

@@ -14,10 +14,10 @@ use crate::{
     Carved, Pinhole, carve, median, read, silhouette,
 };
 
-const SIZE: (u32, u32) = (220, 180);
+pub(crate) const SIZE: (u32, u32) = (220, 180);
 
 /// Cameras on a spiral around the origin, with unequal focal lengths and a principal point off the middle.
-fn cameras(count: usize) -> Vec<Pinhole> {
+pub(crate) fn cameras(count: usize) -> Vec<Pinhole> {
     (0..count)
         .map(|k| {
             let turn = 2.4 * k as f64;
@@ -35,11 +35,11 @@ fn cameras(count: usize) -> Vec<Pinhole> {
         .collect()
 }
 
-fn model() -> TriangleMesh {
+pub(crate) fn model() -> TriangleMesh {
     silmap_models::torus(1500)
 }
 
-fn capture(count: usize) -> Capture {
+pub(crate) fn capture(count: usize) -> Capture {
     let views = cameras(count).into_iter().enumerate().map(|(k, camera)| {
         let mask = silhouette(&model(), &camera).unwrap();
         CaptureView {
@@ -48,6 +48,8 @@ fn capture(count: usize) -> Capture {
             outline: trace_contours(&mask),
             mask,
             photo: None,
+            lens: None,
+            known: None,
         }
     });
     Capture {
@@ -62,7 +64,7 @@ fn capture(count: usize) -> Capture {
     }
 }
 
-fn carved(capture: &Capture, outvoted: Option<u32>) -> Result<Carved, CarveError> {
+pub(crate) fn carved(capture: &Capture, outvoted: Option<u32>) -> Result<Carved, CarveError> {
     let params = CarveParams {
         voxels: 64,
         outvoted,
@@ -70,7 +72,7 @@ fn carved(capture: &Capture, outvoted: Option<u32>) -> Result<Carved, CarveError
     carve(capture, &params, &Watch::silent())
 }
 
-fn save(mask: &Mask, path: &Path) {
+pub(crate) fn save(mask: &Mask, path: &Path) {
     let value = |x: u32, y: u32| Luma([255 * u8::from(mask.get(x.into(), y.into()))]);
     GrayImage::from_fn(mask.width(), mask.height(), value)
         .save(path)
@@ -78,7 +80,7 @@ fn save(mask: &Mask, path: &Path) {
 }
 
 /// Camera to world, x right, y up, z backward.
-fn nerf_pose(camera: &Pinhole) -> Value {
+pub(crate) fn nerf_pose(camera: &Pinhole) -> Value {
     let [right, down, forward] = camera.axes;
     let columns = [right, -down, -forward, camera.eye];
     let row = |r: usize| Value::from(columns.map(|c| c[r]).to_vec());
@@ -113,7 +115,7 @@ fn write(capture: &Capture, folder: &Path, pixel_centre: f64) {
     fs::write(folder.join("transforms.json"), poses.to_string()).unwrap();
 }
 
-fn assert_alike(a: &Pinhole, b: &Pinhole) {
+pub(crate) fn assert_alike(a: &Pinhole, b: &Pinhole) {
     for k in 0..20 {
         let at = |step: f64| (step * f64::from(k)).sin();
         let point = DVec3::new(at(1.1), at(2.3), at(3.7));
@@ -449,7 +451,7 @@ fn broken_files_end_in_one_sentence() {
     fs::remove_file(&path).unwrap();
     fs::remove_file(folder.path().join("transforms.json")).unwrap();
     let told = read(folder.path()).unwrap_err().to_string();
-    assert!(told.contains("cameras.json or transforms.json"), "{told}");
+    assert!(told.contains("cameras.json, transforms.json"), "{told}");
 }
 
 #[test]

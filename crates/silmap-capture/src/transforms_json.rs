@@ -1,7 +1,8 @@
 //! `transforms.json` of NeRF, instant-ngp and nerfstudio: a pose from camera to world for each frame, intrinsics for all or each.
 //!
-//! Poses are taken as they stand: `applied_transform`, by which nerfstudio turned the poses of another program, is not undone, so that
-//! the asset lies in the frame of this file.
+//! Poses are taken as they stand: `applied_transform` and `applied_scale`, which nerfstudio has already applied to the poses of another
+//! program, are not undone, so that the asset lies in the frame of this file. Lenses follow OpenCV; nerfstudio's `k4` without `k5` and
+//! `k6` is the factor of r⁸, as in its own code, and with them that of the denominator.
 
 use std::path::{Path, PathBuf};
 
@@ -11,11 +12,27 @@ use serde_json::Value;
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::CaptureFault;
 use crate::json::Fields;
+use crate::lens::{Distortion, Projection};
 use crate::mask_file;
 use crate::pinhole::Pinhole;
 
-/// Coefficients of lens models in such files.
-const DISTORTION: [&str; 8] = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"];
+/// Camera models whose lens is a polynomial about a perspective camera.
+const PERSPECTIVE: [&str; 8] = [
+    "",
+    "PERSPECTIVE",
+    "SIMPLE_PINHOLE",
+    "PINHOLE",
+    "SIMPLE_RADIAL",
+    "RADIAL",
+    "OPENCV",
+    "FULL_OPENCV",
+];
+
+/// Those about an equidistant one.
+const FISHEYE: [&str; 2] = ["OPENCV_FISHEYE", "FISHEYE"];
+
+/// Fields by which instant-ngp says that a camera is none of them.
+const OTHER_MODELS: [&str; 4] = ["ftheta_p0", "lonlat", "latlong", "ortho"];
 
 /// Extensions that may be left out of `file_path`.
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "webp", "PNG", "JPG"];
@@ -45,11 +62,12 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
         };
         let photo = with_extension(&folder.join(file));
         let mask = match frame.text("mask_path")? {
-            Some(path) => MaskPlace::Named(folder.join(path)),
+            Some(path) => MaskPlace::Named(with_extension(&folder.join(path))),
             None => MaskPlace::ByConvention,
         };
         let camera = camera(object, &frame, &name, (&photo, &mask))?;
         Ok(DeclaredView {
+            distortion: distortion(object, &frame, &name)?,
             name,
             camera,
             mask,
@@ -62,6 +80,7 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
         pixel_centre: 0.5,
         object_bounds: None,
         is_metric: true,
+        warnings: Vec::new(),
     })
 }
 
@@ -95,6 +114,61 @@ fn with_extension(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.to_owned())
 }
 
+/// The lens of a frame: its own fields, or those of the file.
+fn distortion(
+    file: &Fields<'_>,
+    frame: &Fields<'_>,
+    name: &str,
+) -> Result<Distortion, CaptureFault> {
+    let model = match frame.text("camera_model")? {
+        Some(model) => model,
+        None => file.text("camera_model")?.unwrap_or_default(),
+    };
+    let unknown = |what: &str| CaptureFault::LensModel {
+        view: name.to_owned(),
+        what: what.to_owned(),
+    };
+    let flag = |field: &str| {
+        let value = frame.get(field).or_else(|| file.get(field));
+        value.is_some_and(|v| v.as_bool() != Some(false))
+    };
+    if let Some(field) = OTHER_MODELS.iter().find(|field| flag(field)) {
+        return Err(unknown(field));
+    }
+    let is_fisheye = FISHEYE.contains(&model) || flag("is_fisheye");
+    if !(is_fisheye || PERSPECTIVE.contains(&model)) {
+        return Err(unknown(model));
+    }
+    let number = |field: &'static str| match frame.number(field)? {
+        Some(found) => Ok(Some(found)),
+        None => file.number(field),
+    };
+    let [k1, k2, k3, k4] = ["k1", "k2", "k3", "k4"].map(number);
+    let (k1, k2, k3, k4) = (k1?, k2?, k3?, k4?);
+    let (k5, k6) = (number("k5")?, number("k6")?);
+    let [p1, p2] = ["p1", "p2"].map(number);
+    let or_none = |value: Option<f64>| value.unwrap_or(0.0);
+    let is_rational = !is_fisheye && (k5.is_some() || k6.is_some() || model == "FULL_OPENCV");
+    let (last, denominator) = match is_rational {
+        true => (0.0, [k4, k5, k6].map(or_none)),
+        false => (or_none(k4), [0.0; 3]),
+    };
+    Ok(Distortion {
+        projection: match is_fisheye {
+            true => Projection::Equidistant,
+            false => Projection::Perspective,
+        },
+        numerator: [or_none(k1), or_none(k2), or_none(k3), last],
+        denominator,
+        // The fisheye model of OpenCV has none; programs that write one for all models leave zeros there.
+        tangential: match is_fisheye {
+            true => [0.0; 2],
+            false => [or_none(p1?), or_none(p2?)],
+        },
+        prism: [0.0; 2],
+    })
+}
+
 fn camera(
     file: &Fields<'_>,
     frame: &Fields<'_>,
@@ -105,24 +179,6 @@ fn camera(
         Some(found) => Ok(Some(found)),
         None => file.number(field),
     };
-    for field in DISTORTION {
-        if let Some(value) = number(field)?.filter(|&v| v != 0.0) {
-            return Err(CaptureFault::Distortion {
-                view: name.to_owned(),
-                what: format!("{field} = {value}"),
-            });
-        }
-    }
-    let model = match frame.text("camera_model")? {
-        Some(model) => Some(model),
-        None => file.text("camera_model")?,
-    };
-    if let Some(model) = model.filter(|m| m.contains("FISHEYE") || m.contains("EQUIRECT")) {
-        return Err(CaptureFault::Distortion {
-            view: name.to_owned(),
-            what: model.to_owned(),
-        });
-    }
     let pixels = |field: &'static str| match frame.pixels(field)? {
         Some(found) => Ok(Some(found)),
         None => file.pixels(field),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::DVec2;
 use silmap_geometry::{Loop, Mask};
 
+use crate::lens::Lens;
 use crate::pinhole::Pinhole;
 use crate::signed_distance::bounds_of;
 
@@ -18,6 +19,14 @@ pub enum CameraFormat {
     TransformsJson,
     /// `*_par.txt` of Middlebury's multi-view stereo sets.
     Middlebury,
+    /// A COLMAP model, binary or text.
+    Colmap,
+    /// `cameras.xml` of Agisoft Metashape.
+    Metashape,
+    /// `txt/%08d.txt` of PMVS.
+    Pmvs,
+    /// Plain 3×4 matrices: a file for each view, or one for all, of text or of OpenCV.
+    Matrices,
 }
 
 impl CameraFormat {
@@ -28,6 +37,10 @@ impl CameraFormat {
             Self::CamerasJson => "cameras.json (matrices)",
             Self::TransformsJson => "transforms.json (NeRF)",
             Self::Middlebury => "*_par.txt (Middlebury)",
+            Self::Colmap => "COLMAP model",
+            Self::Metashape => "cameras.xml (Metashape)",
+            Self::Pmvs => "txt/*.txt (PMVS)",
+            Self::Matrices => "3×4 matrices",
         }
     }
 
@@ -35,8 +48,11 @@ impl CameraFormat {
     #[must_use]
     pub fn conventions(self) -> &'static str {
         match self {
-            Self::CamerasJson | Self::Middlebury => "world to camera, x right, y down, z forward",
+            Self::CamerasJson | Self::Middlebury | Self::Colmap | Self::Pmvs | Self::Matrices => {
+                "world to camera, x right, y down, z forward"
+            }
             Self::TransformsJson => "camera to world, x right, y up, z backward",
+            Self::Metashape => "camera to world, x right, y down, z forward",
         }
     }
 }
@@ -46,14 +62,19 @@ impl CameraFormat {
 pub struct CaptureView {
     /// Its name in the camera file.
     pub name: String,
-    /// Its camera; image coordinates from the top-left corner.
+    /// Its camera; image coordinates from the top-left corner. A lens is taken out: the camera is a pinhole, and its image need not
+    /// have the photograph's size.
     pub camera: Pinhole,
     /// Where the object is seen; what lies outside the image is unknown.
     pub mask: Mask,
     /// The outline of the object where the image shows it, in pixels of the camera: outer loops have positive area, holes negative.
     pub outline: Vec<Loop>,
-    /// The photograph, if there is one.
+    /// The photograph, if there is one. [`CaptureView::photograph`] reads it as the camera sees it.
     pub photo: Option<PathBuf>,
+    /// The photograph's lens, where it has distortion.
+    pub lens: Option<Lens>,
+    /// Pixels of the camera's image that the photograph shows; the others are unknown. `None`: all.
+    pub known: Option<Mask>,
 }
 
 impl CaptureView {
@@ -97,6 +118,18 @@ pub enum CaptureWarning {
     NoMask {
         /// The view's name.
         view: String,
+    },
+    /// A view that is listed, and cannot be used for what the camera file says about it.
+    Unused {
+        /// The view's name.
+        view: String,
+        /// Why.
+        reason: String,
+    },
+    /// Photographs that were given to cameras in the order of their names, as no name says which belongs to which.
+    InOrder {
+        /// How many.
+        count: usize,
     },
     /// A mask whose picture is unusual.
     Mask {
@@ -144,6 +177,11 @@ impl std::fmt::Display for CaptureWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoMask { view } => write!(f, "view {view} has no mask: it is not used"),
+            Self::Unused { view, reason } => write!(f, "view {view} is not used: {reason}"),
+            Self::InOrder { count } => write!(
+                f,
+                "no photograph has the name of a camera: the {count} photographs are taken in the order of the numbers in their names"
+            ),
             Self::Mask { view, note } => write!(f, "view {view}: its mask: {note}"),
             Self::Photo { view, reason } => {
                 write!(f, "view {view}: its photograph is not used: {reason}")

@@ -81,7 +81,7 @@ struct CheckJson<'a> {
     /// Views with a mask.
     views: usize,
     photographs: usize,
-    distortion: &'static str,
+    distortion: String,
     masks: Vec<MaskJson>,
     overlap: OverlapJson,
     /// Views whose masks or cameras disagree with the rest.
@@ -248,6 +248,12 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
         .map(|view| capture.views[view].name.as_str())
         .collect();
     let photographs = capture.views.iter().filter(|v| v.photo.is_some()).count();
+    let with_lens = capture.views.iter().filter(|v| v.lens.is_some()).count();
+    let distortion = match with_lens {
+        0 => "none".to_owned(),
+        all if all == capture.views.len() => "taken out".to_owned(),
+        some => format!("taken out of {some} views"),
+    };
     let (bounds, origin) = (carved.mesh.bounds(), carved.mesh.origin());
     if is_json {
         return output::print_json(&CheckJson {
@@ -259,7 +265,7 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
             listed: capture.listed,
             views: capture.views.len(),
             photographs,
-            distortion: "none",
+            distortion,
             masks: found.masks(),
             overlap: found.overlap(),
             disagree,
@@ -277,7 +283,7 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
     }
     let mut lines = vec![
         format!(
-            "{}: {}, {}, the first pixel's centre at {}, no distortion",
+            "{}: {}, {}, the first pixel's centre at {}, distortion: {distortion}",
             capture.path.display(),
             capture.format.name(),
             capture.format.conventions(),
