@@ -203,6 +203,16 @@ fn spread_colours(picture: &mut ColourImage) {
     }
 }
 
+/// The outlines of [`model`] from a sphere of views.
+///
+/// # Panics
+/// When the model cannot be captured.
+#[must_use]
+pub fn outlines() -> SilhouetteMap {
+    let mesh = model();
+    map(&mesh, &mesh.bounds())
+}
+
 fn map(mesh: &TriangleMesh, bounds: &Bounds) -> SilhouetteMap {
     let distance = bounds.radius * VIEW_DISTANCE_REL;
     let cameras = capture::view_sphere(bounds, distance, MAP_VIEWS, CAPTURE_PX)

@@ -67,6 +67,7 @@ pub fn silhouette(mesh: &TriangleMesh, camera: &Pinhole) -> Option<Mask> {
         up: DVec3::NEG_Y,
         forward: DVec3::Z,
         half_tangent: DVec2::ONE,
+        center_offset: DVec2::ZERO,
         width_px: camera.width,
         height_px: camera.height,
     };

@@ -100,7 +100,7 @@ pub const MAX_SIDE_PX: u32 = 16_384;
 /// A pinhole camera with an orthonormal frame and a rectangular image.
 ///
 /// A point at `forward` distance z > 0 with lateral offsets (x, y) along (`right`, `up`) falls on image coordinates
-/// `(width/2 · (1 + x/(z·tan_x)), height/2 · (1 − y/(z·tan_y)))`.
+/// `(width/2 · (1 + o_x + x/(z·tan_x)), height/2 · (1 − o_y − y/(z·tan_y)))`, where o is `center_offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Centre of projection, object space.
@@ -111,8 +111,11 @@ pub struct Camera {
     pub up: DVec3,
     /// Unit viewing direction.
     pub forward: DVec3,
-    /// Tangents of half the horizontal and vertical fields of view.
+    /// Tangents of half the horizontal and vertical fields of view, of an image whose middle is where `forward` points.
     pub half_tangent: DVec2,
+    /// Where `forward` meets the image, from its middle and in half image sizes: x right, y *up*. Zero for all cameras made here; those of
+    /// photographs, and parts of a larger image, have their principal point elsewhere.
+    pub center_offset: DVec2,
     /// Columns of the image.
     pub width_px: u32,
     /// Rows of the image.
@@ -221,6 +224,7 @@ impl Camera {
             up: right.cross(forward),
             forward,
             half_tangent,
+            center_offset: DVec2::ZERO,
             width_px,
             height_px,
         })
@@ -260,16 +264,17 @@ impl Camera {
         let x = direction.dot(self.right) / (z * self.half_tangent.x);
         let y = direction.dot(self.up) / (z * self.half_tangent.y);
         DVec2::new(
-            f64::from(self.width_px) * 0.5 * (1.0 + x),
-            f64::from(self.height_px) * 0.5 * (1.0 - y),
+            f64::from(self.width_px) * 0.5 * (1.0 + self.center_offset.x + x),
+            f64::from(self.height_px) * 0.5 * (1.0 - self.center_offset.y - y),
         )
     }
 
     /// Direction of the ray through an image point; its component along `forward` is 1.
     #[must_use]
     pub fn direction_from_image(&self, point_px: DVec2) -> DVec3 {
-        let x = (2.0 * point_px.x / f64::from(self.width_px) - 1.0) * self.half_tangent.x;
-        let y = (1.0 - 2.0 * point_px.y / f64::from(self.height_px)) * self.half_tangent.y;
+        let off = self.center_offset;
+        let x = (2.0 * point_px.x / f64::from(self.width_px) - 1.0 - off.x) * self.half_tangent.x;
+        let y = (1.0 - 2.0 * point_px.y / f64::from(self.height_px) - off.y) * self.half_tangent.y;
         self.forward + self.right * x + self.up * y
     }
 
@@ -279,7 +284,7 @@ impl Camera {
         self.eye + self.direction_from_image(point_px) * depth
     }
 
-    /// Vertical field of view, radians.
+    /// Vertical field of view, radians; of an image whose middle is where the camera looks.
     #[must_use]
     pub fn fov_y_rad(&self) -> f64 {
         2.0 * self.half_tangent.y.atan()
@@ -301,6 +306,43 @@ impl Camera {
         }
     }
 
+    /// The same view with its whole image in another number of pixels, which are square only where they were and the shape stays.
+    #[must_use]
+    pub fn scaled(&self, (width_px, height_px): (u32, u32)) -> Self {
+        Self {
+            width_px,
+            height_px,
+            ..*self
+        }
+    }
+
+    /// The camera whose image is a part of this one's, or reaches beyond it: `corner_px` is where its top-left corner is in this image.
+    #[must_use]
+    pub fn cropped(&self, corner_px: DVec2, (width_px, height_px): (u32, u32)) -> Self {
+        let size = DVec2::new(f64::from(width_px), f64::from(height_px));
+        // From the middle of the part, pixels, y down.
+        let axis = self.principal_px() - corner_px - 0.5 * size;
+        Self {
+            half_tangent: self.half_tangent * (size / self.size()),
+            center_offset: axis * DVec2::new(2.0, -2.0) / size,
+            width_px,
+            height_px,
+            ..*self
+        }
+    }
+
+    /// Pixels that a unit of lateral offset at unit depth covers, along columns and rows: the focal lengths.
+    #[must_use]
+    pub fn focal_px(&self) -> DVec2 {
+        self.size() / (2.0 * self.half_tangent)
+    }
+
+    /// Where the viewing direction meets the image, pixels: the principal point.
+    #[must_use]
+    pub fn principal_px(&self) -> DVec2 {
+        0.5 * self.size() * (1.0 + self.center_offset * DVec2::new(1.0, -1.0))
+    }
+
     /// Object space to clip space with depth in [0, 1] (the convention of wgpu).
     #[must_use]
     pub fn clip_from_object(&self, near: f64, far: f64) -> DMat4 {
@@ -310,8 +352,8 @@ impl Camera {
         let forward = row(self.forward, 1.0);
         let depth = forward * (far / (far - near)) - DVec4::W * (far * near / (far - near));
         DMat4::from_cols(
-            row(self.right, 1.0 / self.half_tangent.x),
-            row(self.up, 1.0 / self.half_tangent.y),
+            row(self.right, 1.0 / self.half_tangent.x) + forward * self.center_offset.x,
+            row(self.up, 1.0 / self.half_tangent.y) + forward * self.center_offset.y,
             depth,
             forward,
         )
@@ -332,6 +374,53 @@ pub fn default_up(forward: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    /// Any camera with its axis anywhere in or beside the image and pixels that are not square.
+    fn any_camera() -> impl Strategy<Value = Camera> {
+        let tangents = (0.01..2.0_f64, 0.01..2.0_f64).prop_map(DVec2::from);
+        let offset = (-3.0..3.0_f64, -3.0..3.0_f64).prop_map(DVec2::from);
+        (tangents, offset).prop_map(|(half_tangent, center_offset)| Camera {
+            half_tangent,
+            center_offset,
+            ..camera()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn projection_and_ray_are_inverse_wherever_the_axis_is(
+            camera in any_camera(), x in -200.0..900.0_f64, y in -200.0..900.0_f64, depth in 0.1..9.0_f64,
+        ) {
+            let image = DVec2::new(x, y);
+            let point = camera.object_from_image(image, depth);
+            prop_assert!((camera.depth(point) - depth).abs() < 1e-12);
+            prop_assert!(camera.image_from_object(point).distance(image) < 1e-7);
+            let clip = camera.clip_from_object(0.05, 20.0) * point.extend(1.0);
+            let ndc = clip.truncate() / clip.w;
+            let by_matrix = DVec2::new((ndc.x + 1.0) * 320.0, (1.0 - ndc.y) * 240.0);
+            prop_assert!(by_matrix.distance(image) < 1e-7);
+            let offset = camera.focal_px() * DVec2::new(
+                (point - camera.eye).dot(camera.right), -(point - camera.eye).dot(camera.up)) / depth;
+            prop_assert!((camera.principal_px() + offset).distance(image) < 1e-7);
+        }
+
+        /// A part of an image shows what the image shows there, and a part of a part is a part.
+        #[test]
+        fn parts_of_an_image_show_the_same(
+            camera in any_camera(), x in 0.0..640.0_f64, y in 0.0..480.0_f64, left in -90_i32..600, top in -90_i32..400, side in 1_u32..300,
+        ) {
+            let corner = DVec2::new(left.into(), top.into());
+            let part = camera.cropped(corner, (side, 2 * side));
+            let ray = camera.direction_from_image(DVec2::new(x, y));
+            prop_assert!((part.image_from_direction(ray) + corner).distance(DVec2::new(x, y)) < 1e-7);
+            let again = part.cropped(-corner, (640, 480));
+            prop_assert!(again.half_tangent.distance(camera.half_tangent) < 1e-12);
+            prop_assert!(again.center_offset.distance(camera.center_offset) < 1e-9);
+            let larger = camera.scaled((1920, 1440));
+            prop_assert!((larger.image_from_direction(ray) / 3.0).distance(DVec2::new(x, y)) < 1e-7);
+        }
+    }
 
     fn camera() -> Camera {
         Camera::fit_sphere(

@@ -66,17 +66,19 @@ impl EpipolarFrame {
 pub fn object_from_image(camera: &Camera) -> DMat3 {
     let step_x = camera.right * (2.0 * camera.half_tangent.x / f64::from(camera.width_px));
     let step_y = camera.up * (-2.0 * camera.half_tangent.y / f64::from(camera.height_px));
-    let corner =
-        camera.forward - camera.right * camera.half_tangent.x + camera.up * camera.half_tangent.y;
+    // From the middle of the image to its corner, and from there to where the camera looks.
+    let (tangent, off) = (camera.half_tangent, camera.center_offset);
+    let corner = camera.forward - camera.right * (tangent.x * (1.0 + off.x))
+        + camera.up * (tangent.y * (1.0 - off.y));
     DMat3::from_cols(step_x, step_y, corner)
 }
 
 /// The matrix from rays in object space to homogeneous pixels.
 #[must_use]
 pub fn image_from_object(camera: &Camera) -> DMat3 {
-    let half = camera.size() * 0.5;
-    let x = camera.right * (half.x / camera.half_tangent.x) + camera.forward * half.x;
-    let y = camera.up * (-half.y / camera.half_tangent.y) + camera.forward * half.y;
+    let (half, axis) = (camera.size() * 0.5, camera.principal_px());
+    let x = camera.right * (half.x / camera.half_tangent.x) + camera.forward * axis.x;
+    let y = camera.up * (-half.y / camera.half_tangent.y) + camera.forward * axis.y;
     DMat3::from_cols(x, y, camera.forward).transpose()
 }
 
@@ -127,6 +129,10 @@ mod tests {
             (640, 480),
         )
         .unwrap();
+        let camera = Camera {
+            center_offset: DVec2::new(0.3, -1.4),
+            ..camera
+        };
         let pixel = DVec2::new(100.25, 400.5);
         let ray = object_from_image(&camera) * pixel.extend(1.0);
         assert!(ray.distance(camera.direction_from_image(pixel)) < 1e-12);

@@ -254,8 +254,9 @@ fn uniform_of(asset: &Asset, origin: DVec3) -> AssetUniform {
 fn texture_from_object(camera: &Camera) -> DMat4 {
     let row = |axis: DVec3| axis.extend(-axis.dot(camera.eye));
     let forward = row(camera.forward);
-    let across = row(camera.right) / camera.half_tangent.x;
-    let upward = row(camera.up) / camera.half_tangent.y;
+    let (tangent, off) = (camera.half_tangent, camera.center_offset);
+    let across = row(camera.right) / tangent.x + forward * off.x;
+    let upward = row(camera.up) / tangent.y + forward * off.y;
     DMat4::from_cols(
         (forward + across) * 0.5,
         (forward - upward) * 0.5,
@@ -273,6 +274,7 @@ mod tests {
     fn texture_coordinates_are_image_coordinates_over_the_size() {
         let eye = DVec3::new(1.0, 2.0, 3.0);
         let camera = Camera::fit_sphere(eye, DVec3::ZERO, 1.0, None, (64, 48)).unwrap();
+        let camera = camera.cropped(glam::DVec2::new(9.0, -5.0), (80, 40));
         let point = DVec3::new(0.2, -0.3, 0.1);
         let h = texture_from_object(&camera) * point.extend(1.0);
         let uv = h.truncate().truncate() / h.z;

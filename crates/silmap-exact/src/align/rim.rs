@@ -96,7 +96,7 @@ impl RimPoint {
     pub(super) fn pull(&self, camera: &Camera) -> DVec3 {
         let offset = self.position - camera.eye;
         let depth = offset.dot(camera.forward);
-        let focal = camera.size() / (2.0 * camera.half_tangent);
+        let focal = camera.focal_px();
         let across = |axis: DVec3| (axis - camera.forward * (offset.dot(axis) / depth)) / depth;
         across(camera.right) * (self.normal.x * focal.x)
             - across(camera.up) * (self.normal.y * focal.y)

@@ -109,9 +109,9 @@ pub fn cover(
 fn project(mesh: &TriangleMesh, camera: &Camera) -> Result<Vec<[i32; 2]>, RasterError> {
     // Adding this leaves a number's nearest integer in the low bits of its mantissa.
     const ROUND: f64 = 6_755_399_441_055_744.0;
-    let middle = camera.size() * 0.5;
-    let per_right = camera.right * (middle.x / camera.half_tangent.x);
-    let per_up = camera.up * (-middle.y / camera.half_tangent.y);
+    let (focal, middle) = (camera.focal_px(), camera.principal_px());
+    let per_right = camera.right * focal.x;
+    let per_up = camera.up * -focal.y;
     let mut is_clean = true;
     let locate = |&position: &glam::DVec3| {
         let offset = position - camera.eye;

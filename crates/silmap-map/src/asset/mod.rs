@@ -274,8 +274,10 @@ pub enum AssetError {
         /// Index of the view.
         view: usize,
     },
-    /// A texture view's camera has no orthonormal frame, or impossible numbers.
-    #[error("the camera of texture view {view} is not a pinhole camera with an orthonormal frame")]
+    /// A texture view's camera has no orthonormal frame, does not look at its picture's middle, or has impossible numbers.
+    #[error(
+        "the camera of texture view {view} is not a pinhole camera with an orthonormal frame that looks at its picture's middle"
+    )]
     TextureCamera {
         /// Index of the texture view.
         view: usize,

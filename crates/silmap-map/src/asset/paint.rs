@@ -85,6 +85,7 @@ fn decode_camera(read: &mut Decoder<'_>) -> Result<Camera, AssetError> {
         up,
         forward,
         half_tangent: DVec2::new(read.double()?, read.double()?),
+        center_offset: DVec2::ZERO,
         width_px: read.index("image column", MAX_SIDE_PX as usize + 1)?,
         height_px: read.index("image row", MAX_SIDE_PX as usize + 1)?,
     })
@@ -106,6 +107,7 @@ fn check_camera(view: usize, camera: &Camera) -> Result<(), AssetError> {
     let is_proper = camera_numbers(camera).all(f64::is_finite)
         && skew.iter().all(|x| x.abs() <= FRAME_SLACK)
         && camera.half_tangent.cmpgt(DVec2::ZERO).all()
+        && camera.center_offset == DVec2::ZERO
         && sizes.contains(&camera.width_px)
         && sizes.contains(&camera.height_px);
     if is_proper {

@@ -240,6 +240,7 @@ fn check_camera(header: &MapHeader, view: usize, camera: &Camera) -> Result<(), 
         && near(camera.up, rebuilt.up)
         && near(camera.forward, rebuilt.forward)
         && tangent_gap <= CAMERA_SLACK * rebuilt.half_tangent.x
+        && camera.center_offset == rebuilt.center_offset
         && (camera.width_px, camera.height_px) == (rebuilt.width_px, rebuilt.height_px)
     {
         return Ok(());

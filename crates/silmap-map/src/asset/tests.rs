@@ -361,7 +361,7 @@ fn data_may_lie_elsewhere() {
 #[test]
 fn what_contradicts_itself_is_not_written() {
     type Break = fn(&mut Asset);
-    let breaks: [(&str, Break); 12] = [
+    let breaks: [(&str, Break); 14] = [
         ("no hull", |a| a.hull.faces.clear()),
         ("face index", |a| a.hull.faces[0][1] = 3),
         ("hull number", |a| a.hull.positions[0][0] = f32::NAN),
@@ -375,6 +375,12 @@ fn what_contradicts_itself_is_not_written() {
         }),
         ("foreign camera", |a| {
             a.map.views[0].camera.half_tangent *= 1.1;
+        }),
+        ("camera that looks beside its image", |a| {
+            a.map.views[0].camera.center_offset.x = 1e-3;
+        }),
+        ("texture view that looks beside its picture", |a| {
+            a.textures.views[0].camera.center_offset.y = -1e-3;
         }),
         ("visibility", |a| a.textures.visible_views[0] = 2),
         ("visibility count", |a| a.textures.visible_views.push(0)),
