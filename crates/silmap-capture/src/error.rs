@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::drawing::DrawingFault;
 use crate::mask_image::MaskFault;
 use crate::pinhole::PinholeFault;
 
@@ -138,6 +139,44 @@ pub enum CaptureFault {
         /// The view's name.
         view: String,
     },
+    /// A photograph that is needed and cannot be used.
+    #[error("view {view}: the photograph {}: {reason}", photo.display())]
+    Photograph {
+        /// The view's name.
+        view: String,
+        /// The photograph's file.
+        photo: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// No view is called so.
+    #[error("it has no view {wanted}; {}", near(nearest, *views))]
+    NoView {
+        /// What was asked for.
+        wanted: String,
+        /// The names most like it.
+        nearest: Vec<String>,
+        /// Views in the file.
+        views: usize,
+    },
+    /// Several views begin so, or are called so.
+    #[error("{count} views may be meant by {wanted}: {}{}", names.join(", "), if *count > names.len() { ", …" } else { "" })]
+    AmbiguousView {
+        /// What was asked for.
+        wanted: String,
+        /// The first of them.
+        names: Vec<String>,
+        /// How many.
+        count: usize,
+    },
+    /// A camera that nothing can be drawn through.
+    #[error("view {view}: {fault}")]
+    Drawing {
+        /// The view's name.
+        view: String,
+        /// Why not.
+        fault: DrawingFault,
+    },
     /// So few masks that they bound nothing.
     #[error(
         "{count} of {views} views {} a mask, and a hull needs two at least, from different sides",
@@ -149,4 +188,12 @@ pub enum CaptureFault {
         /// Views.
         views: usize,
     },
+}
+
+/// Names to choose from, as the end of a sentence.
+fn near(nearest: &[String], views: usize) -> String {
+    match (nearest.len(), nearest.join(", ")) {
+        (count, names) if count == views => format!("it has {names}"),
+        (_, names) => format!("of its {views}, the names most like it are {names}"),
+    }
 }

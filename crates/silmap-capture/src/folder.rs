@@ -115,7 +115,10 @@ fn usable(path: &Path, view: &DeclaredView) -> Result<(), String> {
     ))
 }
 
-fn find_mask(view: &DeclaredView, folder: &Path) -> Result<Option<MaskImage>, CaptureFault> {
+pub(crate) fn find_mask(
+    view: &DeclaredView,
+    folder: &Path,
+) -> Result<Option<MaskImage>, CaptureFault> {
     let size = (view.camera.width, view.camera.height);
     let fault = |mask: &Path| {
         let (view, mask) = (view.name.clone(), mask.to_owned());

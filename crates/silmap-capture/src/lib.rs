@@ -26,10 +26,12 @@
 
 mod bounds;
 mod camera_files;
+mod camera_list;
 mod cameras_json;
 mod carve;
 mod colmap;
 mod declared;
+mod drawing;
 mod error;
 mod field;
 mod folder;
@@ -42,8 +44,8 @@ mod metashape;
 mod middlebury;
 mod octree;
 mod paint;
-mod pieces;
 mod pictures;
+mod pieces;
 mod pinhole;
 mod residual;
 mod seen;
@@ -60,11 +62,13 @@ mod tests_lens;
 mod transforms_json;
 mod undistort;
 mod view;
-mod visual_hull;
 mod view_names;
+mod visual_hull;
 
 pub use camera_files::is_capture;
+pub use camera_list::{CameraList, CameraView, read_cameras};
 pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve};
+pub use drawing::{Drawing, DrawingFault};
 pub use error::{CaptureError, CaptureFault};
 pub use folder::read;
 pub use lens::{Distortion, Lens, Projection};

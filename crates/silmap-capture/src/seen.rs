@@ -13,7 +13,7 @@ use crate::carve::Carved;
 use crate::pinhole::Pinhole;
 use crate::residual::{median, silhouette};
 use crate::signed_distance::SignedDistance;
-use crate::view::Capture;
+use crate::view::{Capture, CaptureView};
 
 /// What is noise of a mask, pixels, however coarse the voxels.
 const LEAST_NOISE_PX: f64 = 4.0;
@@ -59,7 +59,7 @@ pub fn seen_outlines(capture: &Capture, carved: &Carved) -> Vec<Option<SeenOutli
     let drawn: Vec<Option<Drawn>> = (capture.views.par_iter().enumerate())
         .map(|(k, view)| {
             carved.residuals[k]?;
-            Drawn::of(carved.mesh.mesh(), &view.camera.moved(-origin), &view.mask)
+            Drawn::of(carved.mesh.mesh(), &view.camera.moved(-origin), view)
         })
         .collect();
     let usual = drawn.iter().flatten().map(|d| d.noise(&d.mask));
@@ -91,7 +91,7 @@ struct Drawn {
 
 impl Drawn {
     /// `None` where the hull reaches behind the camera or far beyond the image.
-    fn of(hull: &TriangleMesh, camera: &Pinhole, mask: &Mask) -> Option<Self> {
+    fn of(hull: &TriangleMesh, camera: &Pinhole, view: &CaptureView) -> Option<Self> {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for &point in &hull.positions {
             let (image, _) = camera.project(point)?;
@@ -122,12 +122,15 @@ impl Drawn {
             let from = i64::from(before[0]);
             shown.set_span(y + before[1], from, from + i64::from(camera.width));
         }
+        if let Some(known) = &view.known {
+            shown.intersect(&moved(known, before, &wide));
+        }
         Some(Self {
             camera: *camera,
             before,
             distances: SignedDistance::new(&drawn),
             hull: drawn,
-            mask: moved(mask, before, &wide),
+            mask: moved(&view.mask, before, &wide),
             shown,
         })
     }
@@ -272,7 +275,7 @@ mod tests {
     use silmap_models as models;
 
     use crate::carve::{CarveParams, carve};
-    use crate::view::{CameraFormat, CaptureView};
+    use crate::view::CameraFormat;
 
     const SIZE: (u32, u32) = (240, 200);
 
@@ -302,6 +305,8 @@ mod tests {
                 outline: trace_contours(&mask),
                 mask,
                 photo: None,
+                lens: None,
+                known: None,
             }
         });
         Capture {

@@ -157,7 +157,7 @@ impl CaptureView {
 }
 
 /// Colour at a place, bilinear in light.
-fn sample(picture: &RgbaImage, place: DVec2) -> [u8; 4] {
+pub(crate) fn sample(picture: &RgbaImage, place: DVec2) -> [u8; 4] {
     let last = DVec2::new(
         f64::from(picture.width() - 1),
         f64::from(picture.height() - 1),

@@ -244,9 +244,12 @@ impl<'a> Remaining<'a> {
                 Predictor::VisualHull => voted.as_ref().map(|voted| self.visual_hull(voted)),
                 Predictor::CarvedHull => voted.clone(),
             };
-            let Some(predicted) = predicted else {
+            let Some(mut predicted) = predicted else {
                 continue;
             };
+            if let Some(known) = &self.left_out.known {
+                predicted.intersect(known);
+            }
             let mask = &self.left_out.mask;
             let inside = mask.count().max(1) as f64;
             errors.push(LeftOutError {

@@ -15,6 +15,7 @@ mod exact_shape;
 mod figures;
 mod leave_one_out;
 pub mod machine;
+mod masked_views;
 mod measure;
 mod median;
 mod painting;
@@ -41,6 +42,7 @@ pub use figures::{
 pub use leave_one_out::{
     LEAVE_OUT, LeaveOneOutError, LeaveOneOutParams, LeftOutError, Predictor, leave_one_out,
 };
+pub use masked_views::{MaskError, MaskedView, PlaceLoops, evaluate_masks};
 pub use measure::{MeasureParams, Measured, measure};
 pub use painting::{Painting, painting};
 pub use scene::{CpuParts, OutlineErrorPx, SceneBench, SceneParams, SceneResults, SceneRow};

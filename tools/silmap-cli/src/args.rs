@@ -18,12 +18,12 @@ pub(crate) use applications::{AlignArgs, SimplifyArgs};
 pub(crate) use building::{AttachArgs, BackendArg, BuildArgs, DemoArgs};
 pub(crate) use captures::CarveArgs;
 pub(crate) use groups::{
-    AssetOfModelArgs, CameraArgs, InterpolationArgs, KeptPartsArgs, MendingArgs, MeshOutArgs,
-    MethodArg, ModelArgs, OutputArgs, PoolArgs, TestPictureArgs,
+    AssetOfModelArgs, CameraArgs, CapturedCameraArgs, InterpolationArgs, KeptPartsArgs,
+    MendingArgs, MeshOutArgs, MethodArg, ModelArgs, OutputArgs, PoolArgs, TestPictureArgs,
 };
 pub(crate) use looking::{
     AntialiasArg, ContourArgs, ContourFormat, EvaluateArgs, InspectArgs, ModeArg, PaintArg,
-    RenderArgs, ReportArgs, WhereArg,
+    PhotographArg, RenderArgs, ReportArgs, WhereArg,
 };
 pub(crate) use manifest::{ManifestArgs, Shard};
 pub(crate) use meshes::{BenchArgs, EdgesArgs, ExtractionArg, GenerateArgs, HullArgs, ModelKind};

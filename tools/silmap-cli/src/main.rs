@@ -2,6 +2,7 @@
 
 mod args;
 mod camera;
+mod captured_camera;
 mod commands;
 mod driver_chatter;
 mod exit;
@@ -11,6 +12,7 @@ mod machine;
 mod names;
 mod numbers;
 mod output;
+mod photograph;
 mod pictures;
 mod pose_file;
 mod progress;

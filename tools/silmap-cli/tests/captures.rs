@@ -148,7 +148,13 @@ fn a_capture_is_checked_and_built() {
     let covered = outline["covered"].as_f64().unwrap();
     assert!((0.0..=1.0).contains(&covered));
     let drawing = folder.join("seen.svg");
-    run_json(&["inspect", path(&asset), "--coverage", path(&drawing), "--json"]);
+    run_json(&[
+        "inspect",
+        path(&asset),
+        "--coverage",
+        path(&drawing),
+        "--json",
+    ]);
     let svg = fs::read_to_string(drawing).unwrap();
     assert_eq!(svg.matches("r=\"3.4\"").count() as u64, seen);
     assert!(told["painted"].as_f64().unwrap() > 0.7, "{told}");
@@ -278,7 +284,14 @@ fn real_captures_overlap_their_masks() {
 fn views_are_left_out_in_turn() {
     let folder = scratch("capture-left-out");
     write_capture(&folder);
-    let words = ["evaluate", path(&folder), "--leave-one-out", "--every", "5", "--json"];
+    let words = [
+        "evaluate",
+        path(&folder),
+        "--leave-one-out",
+        "--every",
+        "5",
+        "--json",
+    ];
     let told = run_json(&words);
     assert_eq!(told["left_out"], json!(3));
     let error = |method: &str| {
@@ -289,7 +302,8 @@ fn views_are_left_out_in_turn() {
     assert!(tight < 0.6 * nearest, "{told}");
     assert!(error("visual-hull") < nearest && error("hull") < nearest);
     for view in told["per_view"].as_array().unwrap() {
-        let is_interpolated = ["paper", "hull", "tight"].contains(&view["method"].as_str().unwrap());
+        let is_interpolated =
+            ["paper", "hull", "tight"].contains(&view["method"].as_str().unwrap());
         assert_eq!(view["covered"].is_number(), is_interpolated);
     }
 }

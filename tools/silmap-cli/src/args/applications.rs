@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 
-use super::{MeshOutArgs, ModelArgs, OutputArgs, PoolArgs};
+use super::{CapturedCameraArgs, MeshOutArgs, ModelArgs, OutputArgs, PoolArgs};
 use crate::values::{parse_angle, parse_point, parse_positive};
 
 /// Simplifies a model but keeps its silhouettes
@@ -47,22 +47,28 @@ pub(crate) struct SimplifyArgs {
 /// the last the model's bounding sphere just fits. Eye and orientation are refined, the field of view is kept. Where no pose fits, the
 /// command says how far apart the outlines stay, writes no file and exits 1.
 ///
+/// With --camera the intrinsics are those of a photograph's camera, which the mask belongs to, and its pose is the one to start from, unless
+/// --start has another; how far the refined pose is from the captured one is printed. The mask may be smaller or larger than the image.
+///
 /// In the mask, inside is: what is more than half opaque, where the picture has an alpha channel that is not the same everywhere (a
 /// cut-out); the brighter of two brightnesses, whichever they are (0 and 1, 0 and 255); else what is brighter than half of white. A
 /// bright background around a dark model is noticed and taken the other way round, with a warning.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
-  silmap align bunny.ply --close-holes --mask bunny.png --start pose.json -o refined.json")]
+Examples:
+  silmap align bunny.ply --close-holes --mask bunny.png --start pose.json -o refined.json
+  silmap align scan.ply --mask masks/image_9.png --camera cameras.json --view image_9 -o refined.json")]
 pub(crate) struct AlignArgs {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// A picture of the outline: a mask that is bright inside, or a cut-out; PNG, JPEG or WebP
     #[arg(long, value_name = "IMG")]
     pub(crate) mask: PathBuf,
-    /// The camera to start from
-    #[arg(long, value_name = "POSE")]
-    pub(crate) start: PathBuf,
+    /// The camera to start from [default: that of --view]
+    #[arg(long, value_name = "POSE", required_unless_present = "camera")]
+    pub(crate) start: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) captured: CapturedCameraArgs,
     /// How far apart the outlines may be on average, pixels [default: 1 % of the outline's extent in the mask, and at least 1]
     #[arg(long, value_name = "PX", value_parser = parse_positive)]
     pub(crate) within: Option<f64>,

@@ -26,23 +26,44 @@ pub(crate) struct PoolArgs {
 }
 
 /// A camera, as `render` and `contour` take it.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct CameraArgs {
     /// Viewpoint, in model units
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
-    pub(crate) eye: DVec3,
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, required_unless_present = "camera", conflicts_with = "camera")]
+    pub(crate) eye: Option<DVec3>,
     /// Point that is looked at [default: the model's center]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, conflicts_with = "camera")]
     pub(crate) target: Option<DVec3>,
     /// Direction that is up in the picture [default: +Y, near the poles +Z]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) up: Option<DVec3>,
     /// Vertical field of view in degrees [default: the model's bounding sphere just fits]
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        allow_hyphen_values = true,
+        conflicts_with = "camera"
+    )]
     pub(crate) fov: Option<f64>,
-    /// Size of the picture in pixels
-    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_size)]
-    pub(crate) size: Size,
+    /// Size of the picture in pixels [default: 512x512; with --camera that of the view's image, whose shape any other size must have]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<Size>,
+    #[command(flatten)]
+    pub(crate) captured: CapturedCameraArgs,
+    /// Bend the picture as the lens of --camera does, so that it lies over the photograph as it was taken
+    #[arg(long, requires = "camera")]
+    pub(crate) distorted: bool,
+}
+
+/// A camera of a capture.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CapturedCameraArgs {
+    /// Look through a photograph's camera: a capture's camera file, or its folder. Masks need not be there
+    #[arg(long, value_name = "FILE", requires = "view")]
+    pub(crate) camera: Option<PathBuf>,
+    /// Which camera of FILE: the view's name, its photograph's file, or the beginning of one of them
+    #[arg(long, value_name = "NAME", requires = "camera")]
+    pub(crate) view: Option<String>,
 }
 
 /// How silhouettes are interpolated.

@@ -55,6 +55,15 @@ pub(crate) enum PaintArg {
     Tiles,
 }
 
+/// Where `render` shows the photograph that is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PhotographArg {
+    /// Behind what is drawn, in the place of the background
+    Behind,
+    /// Beside it: the photograph, the picture, and the photograph in grey with what is wrong beside its mask, red too much, blue too little
+    Beside,
+}
+
 /// How the outline is smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AntialiasArg {
@@ -72,7 +81,8 @@ pub(crate) enum AntialiasArg {
 Examples:
   silmap render bunny.glb --eye -0.2,0.2,0.3 -o bunny.png
   silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png
-  silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png")]
+  silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png
+  silmap render squirrel.glb --camera squirrel/cameras.json --view image_9 --photograph beside -o beside.png")]
 pub(crate) struct RenderArgs {
     /// The asset; original and edges-* do without
     pub(crate) asset: Option<PathBuf>,
@@ -95,6 +105,15 @@ pub(crate) struct RenderArgs {
     /// What is behind the model: #rrggbb or transparent
     #[arg(long, value_name = "COLOUR", default_value = "#ffffff", value_parser = parse_backdrop)]
     pub(crate) background: Backdrop,
+    /// Show the photograph of --view too
+    #[arg(
+        long,
+        value_name = "WHERE",
+        value_enum,
+        requires = "camera",
+        conflicts_with = "shadow"
+    )]
+    pub(crate) photograph: Option<PhotographArg>,
     /// Show the shadow on the ground under the model, by light from this direction; modes coarse, textured and clipped. The ground
     /// lies across --up
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
@@ -131,7 +150,8 @@ pub(crate) enum ContourFormat {
 #[command(after_help = "\
 Examples:
   silmap contour bunny.glb --eye 0.3,0.2,0.4 --format svg -o outline.svg
-  silmap contour bunny.glb --eye=-0.3,0.2,0.4 --method paper > outline.json")]
+  silmap contour bunny.glb --eye=-0.3,0.2,0.4 --method paper > outline.json
+  silmap contour squirrel.glb --camera squirrel/cameras.json --view image_9 --format png -o mask.png")]
 pub(crate) struct ContourArgs {
     /// The asset
     pub(crate) asset: PathBuf,
@@ -186,22 +206,29 @@ pub(crate) enum WhereArg {
 /// predicted outside ("escaped").
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
-  silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json")]
+Examples:
+  silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json
+  silmap evaluate squirrel.glb --camera squirrel/cameras.json")]
 pub(crate) struct EvaluateArgs {
     /// The asset
     pub(crate) asset: PathBuf,
     /// The mesh it was made from
-    #[arg(long, value_name = "MODEL", required_unless_present = "leave_one_out")]
+    #[arg(long, value_name = "MODEL", required_unless_present_any = ["leave_one_out", "camera"])]
     pub(crate) model: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then, and no model is needed
-    #[arg(long, conflicts_with_all = ["model", "viewpoints", "textures", "placement", "method"])]
+    #[arg(long, conflicts_with_all = ["model", "camera", "viewpoints", "textures", "placement", "method"])]
     pub(crate) leave_one_out: bool,
     /// Leave only every Nth view out [default: 1, of more than 100 views 4]
     #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub(crate) every: Option<u32>,
+    /// Compare with the masks of a capture, seen by its own cameras, in the place of a mesh: its camera file, or its folder
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "close_holes", "repair", "alpha", "weld", "viewpoints", "seed", "resolution", "textures", "placement"])]
+    pub(crate) camera: Option<PathBuf>,
+    /// Only at this view of FILE, called as for `render`; may be given several times [default: all that have a mask]
+    #[arg(long = "view", value_name = "NAME", requires = "camera")]
+    pub(crate) views: Vec<String>,
     /// How many test viewpoints
     #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) viewpoints: u32,

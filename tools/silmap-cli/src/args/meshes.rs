@@ -6,7 +6,9 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use silmap_hull::Tightening;
 
-use super::{KeptPartsArgs, MendingArgs, MeshOutArgs, ModelArgs, OutputArgs, PoolArgs};
+use super::{
+    CapturedCameraArgs, KeptPartsArgs, MendingArgs, MeshOutArgs, ModelArgs, OutputArgs, PoolArgs,
+};
 use crate::values::{Length, Size, parse_length, parse_point, parse_positive, parse_size};
 
 /// How much work goes into making a hull tighter.
@@ -135,7 +137,7 @@ Examples:
   silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --outline outline.json
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --method cones --forest bunny.cones")]
-#[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction"]))]
+#[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction", "camera"]))]
 pub(crate) struct EdgesArgs {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -145,11 +147,13 @@ pub(crate) struct EdgesArgs {
     /// Direction in which the viewpoint is infinitely far away
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) direction: Option<DVec3>,
+    #[command(flatten)]
+    pub(crate) captured: CapturedCameraArgs,
     /// How edges are found
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = ExtractionArg::Brute)]
     pub(crate) method: ExtractionArg,
     /// Go on from the viewpoint around the model in steps of 0.5°, to this many viewpoints
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000), conflicts_with = "camera")]
     pub(crate) walk: u32,
     /// Keep the forest of `--method cones` in this file: read when it is there, else built and written
     #[arg(long, value_name = "FILE")]
@@ -163,8 +167,8 @@ pub(crate) struct EdgesArgs {
     /// Draw the edges, hidden ones too, into this file
     #[arg(long, value_name = "FILE")]
     pub(crate) svg: Option<PathBuf>,
-    /// Write the outline against the background into this file: JSON with a camera in which the model's bounding sphere just fits, and
-    /// polygons in its pixels that do not cross
+    /// Write the outline against the background into this file: JSON with a camera, that of --view or one in which the model's bounding
+    /// sphere just fits, and polygons in its pixels that do not cross
     #[arg(long, value_name = "FILE")]
     pub(crate) outline: Option<PathBuf>,
     #[command(flatten)]

@@ -4,16 +4,19 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, bail};
+use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_capture::mask_image::{self, MaskImage};
+use silmap_capture::{CameraView, Drawing};
 use silmap_exact::{AlignParams, angle_between, refine_pose};
 use silmap_geometry::camera::in_short;
 use silmap_geometry::trace::trace_contours;
-use silmap_geometry::{Camera, ClosedMesh};
+use silmap_geometry::{Camera, ClosedMesh, Loop, Watch};
 
-use crate::args::AlignArgs;
-use crate::camera::CameraJson;
+use crate::args::{AlignArgs, usage_error};
+use crate::camera::{CameraJson, Scene};
+use crate::captured_camera::{self, Captured};
 use crate::files::{load_model, read_text};
 use crate::interrupt;
 use crate::output::{self, OutputFile};
@@ -33,7 +36,21 @@ struct AlignJson {
     turned_degrees: f64,
     /// Model units.
     moved: f64,
+    /// With a camera of a capture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    captured: Option<CapturedJson>,
     seconds: f64,
+}
+
+/// The captured pose beside the refined one.
+#[derive(Serialize)]
+struct CapturedJson {
+    view: String,
+    /// Mean distance between the outlines from there, pixels; null where they are nowhere near each other.
+    distance_px: Option<f64>,
+    /// As those of the start.
+    turned_degrees: f64,
+    moved: f64,
 }
 
 pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
@@ -48,10 +65,23 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     for note in &notes {
         output::warn(&format!("{}: {note}", args.mask.display()));
     }
-    let outline = trace_contours(&mask);
+    let size = (mask.width(), mask.height());
+    let mut outline = trace_contours(&mask);
     let model = load_model(&args.model.path, args.model.mending)?.mesh;
     let bounds = model.bounds();
-    let start = read_pose(&args.start, (mask.width(), mask.height()), &model)?;
+    let captured = captured_camera(args, size, &model)?;
+    let intrinsics = captured.as_ref().map(|c| c.drawing.camera);
+    if let Some(captured) = &captured {
+        outline = captured.drawing.drawn_from_loops(&outline);
+    }
+    let start = match (&args.start, intrinsics) {
+        (Some(path), _) => read_pose(path, (size, intrinsics), &model)?,
+        (None, Some(camera)) => camera,
+        (None, None) => usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "a camera to start from is needed: --start POSE, or --camera FILE --view NAME",
+        ),
+    };
     let since = Instant::now();
     let params = AlignParams {
         fits_within_px: args.within,
@@ -70,14 +100,34 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
             offset.dot(camera.forward),
         )
     };
+    let apart = |from: &Camera| {
+        (
+            angle_between(&camera, from).to_degrees(),
+            seen(&camera).distance(seen(from)),
+        )
+    };
+    let json = CameraJson::new(&camera, camera.eye.distance(bounds.center), model.origin());
+    let (turned_degrees, moved) = apart(&start);
     let result = AlignJson {
-        camera: CameraJson::new(&camera, camera.eye.distance(bounds.center), model.origin()),
+        camera: match &captured {
+            Some(captured) => json.of_captured(captured),
+            None => json,
+        },
         converged: pose.fits(),
         distance_px: pose.distance_px,
         fits_within_px: pose.fits_within_px,
         rounds: pose.rounds,
-        turned_degrees: angle_between(&camera, &start).to_degrees(),
-        moved: seen(&camera).distance(seen(&start)),
+        turned_degrees,
+        moved,
+        captured: captured.map(|captured| {
+            let (turned_degrees, moved) = apart(&captured.drawing.camera);
+            CapturedJson {
+                view: captured.view.name,
+                distance_px: distance_from(&captured.drawing.camera, &model, &outline),
+                turned_degrees,
+                moved,
+            }
+        }),
         seconds,
     };
     if let Some(file) = file.as_ref().filter(|_| result.converged) {
@@ -107,13 +157,62 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
         result.turned_degrees,
         result.moved / bounds.radius
     ));
+    if let Some(captured) = &result.captured {
+        let before = captured.distance_px.map_or_else(
+            || "nowhere near".to_owned(),
+            |px| format!("{px:.2} pixels apart"),
+        );
+        output::say(&format!(
+            "from the captured pose of view {}, where outlines are {before}: turned by {:.2}°, moved by {:.4} of the radius",
+            captured.view,
+            captured.turned_degrees,
+            captured.moved / bounds.radius
+        ));
+    }
     Ok(())
 }
 
-fn read_pose(path: &Path, size: (u32, u32), model: &ClosedMesh) -> anyhow::Result<Camera> {
+/// The camera of a capture that the mask belongs to, in the mask's size.
+fn captured_camera(
+    args: &AlignArgs,
+    size: (u32, u32),
+    model: &ClosedMesh,
+) -> anyhow::Result<Option<Captured>> {
+    let Some((file, view)) = captured_camera::named(&args.captured)? else {
+        return Ok(None);
+    };
+    let bounds = model.bounds();
+    let scene = Scene {
+        origin: model.origin(),
+        origin_in_model: model.origin(),
+        sphere: (bounds.center, bounds.radius),
+    };
+    let draw = |view: &CameraView| Drawing::of_size(&view.camera, view.lens.as_ref(), size);
+    captured_camera::of_view((&file, &view), draw, &scene)
+        .map(Some)
+        .with_context(|| args.mask.display().to_string())
+}
+
+/// Mean distance between the outlines as a camera sees them, pixels.
+fn distance_from(camera: &Camera, model: &ClosedMesh, outline: &[Loop]) -> Option<f64> {
+    let looked = AlignParams {
+        rounds: 1,
+        good_distance_px: f64::INFINITY,
+        ..AlignParams::default()
+    };
+    let pose = refine_pose(model, outline, camera, &looked, &Watch::silent());
+    pose.ok().map(|pose| pose.distance_px)
+}
+
+/// The camera of a file, with these intrinsics where there are some.
+fn read_pose(
+    path: &Path,
+    (size, intrinsics): ((u32, u32), Option<Camera>),
+    model: &ClosedMesh,
+) -> anyhow::Result<Camera> {
     let shown = || path.display().to_string();
     let text = read_text(path)?;
     let bounds = model.bounds();
     let sphere = (bounds.center, bounds.radius);
-    pose_file::parse(&text, size, model.origin(), sphere).with_context(shown)
+    pose_file::parse(&text, (size, intrinsics), model.origin(), sphere).with_context(shown)
 }

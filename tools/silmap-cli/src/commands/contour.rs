@@ -7,11 +7,12 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use serde::Serialize;
 use silmap_geometry::polygon::fill_non_zero;
-use silmap_geometry::{Camera, Loop, Mask};
-use silmap_map::{Detail, Interpolation, MapReader, Outline, outline};
+use silmap_geometry::{Loop, Mask};
+use silmap_map::{Detail, Interpolation, MapReader, outline};
 
 use crate::args::{ContourArgs, ContourFormat, MethodArg};
-use crate::camera::{CameraJson, camera_from_args};
+use crate::camera::{CameraJson, PictureCamera, Scene};
+use crate::captured_camera;
 use crate::files::read_asset;
 use crate::output::{self, OutputFile};
 use crate::pictures::encode_mask_png;
@@ -35,6 +36,7 @@ struct ContourJson<'a> {
 }
 
 pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
+    captured_camera::refuse_up(&args.camera);
     let is_json_printed =
         args.output.json || (args.out.is_none() && args.format == ContourFormat::Json);
     if !is_json_printed
@@ -50,8 +52,9 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     }
     let (asset, _) = read_asset(&args.asset)?;
     let map = &asset.map;
-    let origin = asset.placement.in_scene;
-    let camera = camera_from_args(&args.camera, origin, map.center, map.radius)?;
+    let scene = Scene::of(&asset);
+    let seen = PictureCamera::from_args(&args.camera, &scene)?;
+    let camera = seen.camera;
     let named = || args.asset.display().to_string();
     let mut scratch = MapReader::new(map).with_context(named)?;
     // The first call fills the buffers that later ones, a frame each, find warm.
@@ -70,40 +73,41 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     times.sort_by(f64::total_cmp);
     let seconds = times[TIMED_CALLS / 2];
 
+    let loops = seen.loops(outline.simple_loops());
     let as_json = || ContourJson {
         method: method.name(),
-        camera: CameraJson::new(&camera, camera.eye.distance(map.center), origin),
+        camera: seen.json(&scene),
         triangle: map.triangles[outline.triangle as usize],
         barycentric: outline.barycentric,
         covered: map.covered(outline.triangle, outline.barycentric),
         level: outline.level,
-        loops: loops_json(outline.simple_loops()),
+        loops: loops_json(&loops),
         seconds,
     };
     if let Some(file) = &file {
-        file.write(&encode(args.format, &camera, &outline, as_json)?)?;
+        file.write(&encode(args.format, seen.size(), &loops, as_json)?)?;
         if !is_json_printed {
-            let (loops, millis) = (outline.simple_loops().len(), 1e3 * seconds);
+            let (loops, millis) = (loops.len(), 1e3 * seconds);
             output::say(&format!("{}: {loops} loops in {millis:.3} ms", named()));
         }
     }
     match (is_json_printed, file) {
         (true, _) => output::print_json(&as_json()),
         (false, Some(_)) => Ok(()),
-        (false, None) => output::print_bytes(&encode(args.format, &camera, &outline, as_json)?),
+        (false, None) => output::print_bytes(&encode(args.format, seen.size(), &loops, as_json)?),
     }
 }
 
 fn encode<'a>(
     format: ContourFormat,
-    camera: &Camera,
-    outline: &Outline,
+    size: (u32, u32),
+    loops: &[Loop],
     as_json: impl FnOnce() -> ContourJson<'a>,
 ) -> anyhow::Result<Vec<u8>> {
     match format {
         ContourFormat::Json => Ok(serde_json::to_vec(&as_json())?),
-        ContourFormat::Svg => Ok(svg(camera, outline.simple_loops()).into_bytes()),
-        ContourFormat::Png => png(camera, outline),
+        ContourFormat::Svg => Ok(svg(size, loops).into_bytes()),
+        ContourFormat::Png => png(size, loops),
     }
 }
 
@@ -115,8 +119,7 @@ fn loops_json(loops: &[Loop]) -> Vec<Vec<[f64; 2]>> {
 }
 
 /// One path with all loops: holes run against outer loops, so any fill rule shows them.
-fn svg(camera: &Camera, loops: &[Loop]) -> String {
-    let (width, height) = (camera.width_px, camera.height_px);
+fn svg((width, height): (u32, u32), loops: &[Loop]) -> String {
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {width} {height}\">\n<path fill=\"#333\" d=\""
@@ -134,8 +137,8 @@ fn svg(camera: &Camera, loops: &[Loop]) -> String {
 }
 
 /// The filled outline, white on black.
-fn png(camera: &Camera, outline: &Outline) -> anyhow::Result<Vec<u8>> {
-    let mut mask = Mask::new(camera.width_px, camera.height_px);
-    fill_non_zero(outline.simple_loops(), &mut mask);
+fn png((width, height): (u32, u32), loops: &[Loop]) -> anyhow::Result<Vec<u8>> {
+    let mut mask = Mask::new(width, height);
+    fill_non_zero(loops, &mut mask);
     encode_mask_png(&mask)
 }

@@ -9,6 +9,7 @@ use anyhow::{Context, ensure};
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
+use silmap_capture::{CameraView, Drawing};
 use silmap_exact::{
     ConeForest, DirectedEdge, EdgeMesh, ExtractionMethod, Extractor, Outliner, Viewpoint, Work,
     chain_loops, walk_around,
@@ -17,7 +18,8 @@ use silmap_geometry::{Camera, Loop, TriangleMesh, Watch};
 use silmap_mesh_io::input;
 
 use crate::args::{EdgesArgs, ExtractionArg, usage_error};
-use crate::camera::CameraJson;
+use crate::camera::{CameraJson, PictureCamera, Scene};
+use crate::captured_camera;
 use crate::files::load_model;
 use crate::interrupt;
 use crate::output::{self, OutputFile, Staging};
@@ -82,7 +84,11 @@ struct WalkJson {
 }
 
 pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
-    let start = viewpoint_from_args(args)?;
+    let captured = captured_camera::named(&args.captured)?;
+    let start = match &captured {
+        Some((_, view)) => Viewpoint::Eye(view.camera.eye),
+        None => viewpoint_from_args(args)?,
+    };
     if args.forest.is_some() && args.method != ExtractionArg::Cones {
         usage_error(
             ErrorKind::ArgumentConflict,
@@ -110,8 +116,21 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     };
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
     let is_seen = file.is_some() || outline_file.is_some();
-    let drawing = match viewpoints.last() {
-        Some(last) if is_seen => Some(camera_of(last, (center, radius), origin)?),
+    let scene = Scene {
+        origin,
+        origin_in_model: origin,
+        sphere: (center, radius),
+    };
+    let drawing = match (viewpoints.last(), &captured) {
+        (Some(_), Some((file, view))) if is_seen => {
+            let draw = |view: &CameraView| Drawing::new(&view.camera);
+            let captured = captured_camera::of_view((file, view), draw, &scene)?;
+            Some(captured.into())
+        }
+        (Some(last), _) if is_seen => Some(PictureCamera {
+            camera: camera_of(last, (center, radius), origin)?,
+            captured: None,
+        }),
         _ => None,
     };
     let mesh = EdgeMesh::from(&model.mesh);
@@ -129,18 +148,18 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     let mut edges = measured.edges;
     edges.sort_unstable();
 
-    if let (Some(file), Some(camera)) = (&file, &drawing) {
-        staging.add(file, svg(model.mesh.mesh(), camera, &edges)?.as_bytes())?;
+    if let (Some(file), Some(seen)) = (&file, &drawing) {
+        staging.add(file, svg(model.mesh.mesh(), seen, &edges)?.as_bytes())?;
     }
     let mut outline_seconds_median = None;
-    if let (Some(file), Some(camera)) = (&outline_file, &drawing) {
-        let made = outline(model.mesh.mesh(), camera, &edges, args.repeat);
+    if let (Some(file), Some(seen)) = (&outline_file, &drawing) {
+        let made = outline(model.mesh.mesh(), &seen.camera, &edges, args.repeat);
         let (loops, seconds) = made.with_context(|| args.model.path.display().to_string())?;
         outline_seconds_median = Some(seconds);
         let points = |points: &Loop| points.iter().map(|p| p.to_array()).collect();
         let json = serde_json::to_vec(&OutlineJson {
-            camera: CameraJson::new(camera, camera.eye.distance(center), origin),
-            loops: loops.iter().map(points).collect(),
+            camera: seen.json(&scene),
+            loops: seen.loops(&loops).iter().map(points).collect(),
             seconds,
         })?;
         staging.add(file, &json)?;
@@ -279,7 +298,7 @@ fn viewpoint_from_args(args: &EdgesArgs) -> anyhow::Result<Viewpoint> {
         (None, Some(towards)) => ("--direction", towards, Viewpoint::Direction(towards)),
         (None, None) => usage_error(
             ErrorKind::MissingRequiredArgument,
-            "a viewpoint is needed: --eye X,Y,Z or --direction X,Y,Z",
+            "a viewpoint is needed: --eye X,Y,Z, --direction X,Y,Z or --camera FILE --view NAME",
         ),
     };
     ensure!(
@@ -379,16 +398,21 @@ fn outline(
 }
 
 /// The loops of the silhouette as one path of lines.
-fn svg(mesh: &TriangleMesh, camera: &Camera, edges: &[DirectedEdge]) -> anyhow::Result<String> {
+fn svg(
+    mesh: &TriangleMesh,
+    seen: &PictureCamera,
+    edges: &[DirectedEdge],
+) -> anyhow::Result<String> {
+    let (width, height) = seen.size();
     let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{DRAWING_PX}\" height=\"{DRAWING_PX}\" \
-         viewBox=\"0 0 {DRAWING_PX} {DRAWING_PX}\">\n<path fill=\"none\" stroke=\"#000\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\">\n<path fill=\"none\" stroke=\"#000\" \
          stroke-linejoin=\"round\" d=\""
     );
     for vertices in chain_loops(edges)? {
         for (k, &v) in vertices.iter().enumerate() {
             let verb = if k == 0 { 'M' } else { 'L' };
-            let point = camera.image_from_object(mesh.positions[v as usize]);
+            let point = seen.image(seen.camera.image_from_object(mesh.positions[v as usize]));
             // Writing into a string cannot fail.
             let _ = write!(text, "{verb}{:.3} {:.3}", point.x, point.y);
         }

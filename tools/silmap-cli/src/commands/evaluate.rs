@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
-use silmap_map::Method;
+use silmap_map::{Method, SilhouetteMap};
 use silmap_measure::evaluate::{
     EvaluateParams, MethodErrors, Place, ViewpointError, evaluate, summarise,
 };
 use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
 
 use crate::args::{EvaluateArgs, WhereArg};
-use crate::commands::{leave_one_out, open_gpu};
+use crate::captured_camera;
+use crate::commands::{evaluate_captured, leave_one_out, open_gpu};
 use crate::files::{load_model_of, read_asset};
 use crate::output;
 use crate::progress::Progress;
@@ -29,7 +30,7 @@ struct EvaluateJson {
 
 /// Shares of the pixels inside the true outline.
 #[derive(Serialize)]
-struct MethodJson {
+pub(crate) struct MethodJson {
     misclassified_mean: f64,
     misclassified_median: f64,
     misclassified_max: f64,
@@ -38,7 +39,7 @@ struct MethodJson {
 }
 
 #[derive(Serialize)]
-struct ViewpointJson {
+pub(crate) struct ViewpointJson {
     eye: [f64; 3],
     method: &'static str,
     misclassified: f64,
@@ -47,14 +48,45 @@ struct ViewpointJson {
     inside_px: u64,
 }
 
+impl From<&MethodErrors> for MethodJson {
+    fn from(m: &MethodErrors) -> Self {
+        Self {
+            misclassified_mean: m.misclassified_mean,
+            misclassified_median: m.misclassified_median,
+            misclassified_max: m.misclassified_max,
+            escaped_mean: m.escaped_mean,
+            escaped_max: m.escaped_max,
+        }
+    }
+}
+
+impl ViewpointJson {
+    /// In coordinates about the origin of which the errors' are.
+    pub(crate) fn new(e: &ViewpointError, origin: DVec3) -> Self {
+        Self {
+            eye: (e.eye + origin).to_array(),
+            method: e.method.name(),
+            misclassified: e.misclassified,
+            escaped: e.escaped,
+            inside_px: e.inside_px,
+        }
+    }
+}
+
 /// A share of fewer pixels than this says little: one pixel is a percent of them.
 const FEW_PX: u64 = 100;
 
 pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
-    let Some(model) = &args.model else {
+    if !args.views.is_empty() && args.camera.is_none() {
+        captured_camera::without_camera("--view <NAME>");
+    }
+    if args.leave_one_out {
         return leave_one_out::run(&args.asset, args);
-    };
+    }
     let (asset, _) = read_asset(&args.asset)?;
+    let Some(model) = &args.model else {
+        return evaluate_captured::run(args, &asset);
+    };
     let model = load_model_of(&asset, model, args.mending)?;
     // Before the long work, for it may not be there.
     let gpu = args.textures.map(|_| open_gpu()).transpose()?;
@@ -62,10 +94,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         viewpoints: args.viewpoints,
         seed: args.pictures.seed,
         place: args.placement.into(),
-        methods: args.method.map_or_else(
-            || Method::all_for(&asset.map).collect(),
-            |method| vec![method.into()],
-        ),
+        methods: methods_of(args, &asset.map),
         size_px: args.pictures.resolution,
         ..EvaluateParams::default()
     };
@@ -97,11 +126,20 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         json.textures = textures;
         return output::print_json(&json);
     }
-    let mut text = table(&params, &methods);
+    let place = format!("viewpoints on the {}", params.place.name());
+    let mut text = table(params.viewpoints as usize, &place, &methods);
     if let Some(textures) = &textures {
         text.push_str(&texture_table(textures));
     }
     output::print_bytes(text.as_bytes())
+}
+
+/// The methods to measure.
+pub(crate) fn methods_of(args: &EvaluateArgs, map: &SilhouetteMap) -> Vec<Method> {
+    args.method.map_or_else(
+        || Method::all_for(map).collect(),
+        |method| vec![method.into()],
+    )
 }
 
 /// Says where shares are of a handful of pixels.
@@ -137,37 +175,21 @@ fn as_json(
         r#where: params.place.name(),
         methods: methods
             .iter()
-            .map(|m| {
-                let row = MethodJson {
-                    misclassified_mean: m.misclassified_mean,
-                    misclassified_median: m.misclassified_median,
-                    misclassified_max: m.misclassified_max,
-                    escaped_mean: m.escaped_mean,
-                    escaped_max: m.escaped_max,
-                };
-                (m.method.name(), row)
-            })
+            .map(|m| (m.method.name(), m.into()))
             .collect(),
         per_viewpoint: errors
             .iter()
-            .map(|e| ViewpointJson {
-                eye: (e.eye + origin).to_array(),
-                method: e.method.name(),
-                misclassified: e.misclassified,
-                escaped: e.escaped,
-                inside_px: e.inside_px,
-            })
+            .map(|e| ViewpointJson::new(e, origin))
             .collect(),
         textures: None,
     }
 }
 
-fn table(params: &EvaluateParams, methods: &[MethodErrors]) -> String {
+/// What was measured at so many viewpoints of some place.
+pub(crate) fn table(count: usize, place: &str, methods: &[MethodErrors]) -> String {
     let mut text = format!(
-        "{} viewpoints on the {}; shares of the pixels inside the true outline\n\
+        "{count} {place}; shares of the pixels inside the true outline\n\
          method   misclassified mean  median   worst   escaped mean   worst\n",
-        params.viewpoints,
-        params.place.name()
     );
     for m in methods {
         text.push_str(&format!(

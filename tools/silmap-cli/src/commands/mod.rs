@@ -9,6 +9,7 @@ mod contour;
 mod demo;
 mod edges;
 mod evaluate;
+mod evaluate_captured;
 mod generate;
 mod hull;
 mod inspect;

@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_exact::{FanReport, silhouette_edges};
-use silmap_geometry::{Camera, TriangleMesh};
+use silmap_geometry::TriangleMesh;
 use silmap_gpu::{Gpu, GpuError};
 use silmap_map::{Asset, Method};
 use silmap_measure::ExactShape;
@@ -18,12 +18,14 @@ use silmap_study::{
 };
 
 use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
-use crate::camera::camera_from_args;
+use crate::camera::{PictureCamera, Scene};
+use crate::captured_camera;
 use crate::commands::open_gpu;
 use crate::files::{load_model, load_model_of, read_asset};
 use crate::interrupt;
 use crate::names::PictureKind;
 use crate::output::{self, OutputFile};
+use crate::photograph::{Photograph, Shown};
 use crate::pictures::encode_picture;
 use crate::values::Backdrop;
 
@@ -37,6 +39,12 @@ struct Rendered<'a> {
     /// In mode `exact`.
     #[serde(skip_serializing_if = "Option::is_none")]
     fans: Option<FansJson>,
+    /// The view of the capture that it is drawn for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    view: Option<&'a str>,
+    /// Of what is drawn with the view's mask: intersection over union. With --photograph, where there is a mask.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlap: Option<f64>,
 }
 
 /// What the stencil was filled with.
@@ -92,6 +100,12 @@ fn check_usage(args: &RenderArgs) {
             "--shadow is for the modes coarse, textured and clipped",
         );
     }
+    if args.photograph.is_some() && args.camera.captured.camera.is_none() {
+        captured_camera::without_camera("--photograph <WHERE>");
+    }
+    if args.shadow.is_none() {
+        captured_camera::refuse_up(&args.camera);
+    }
     if args.soup && !matches!(Mode::from(args.mode), Mode::Edges(_)) {
         usage_error(
             ErrorKind::ArgumentConflict,
@@ -119,19 +133,28 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(path) => Some((path, read_model(args, path, asset.as_ref())?)),
         None => None,
     };
+    let seen = camera(
+        args,
+        asset.as_ref(),
+        model.as_ref().map(|(_, placed)| placed),
+    )?;
+    let photograph = match (args.photograph, &seen.captured) {
+        (Some(place), Some(captured)) => Some((place, Photograph::read(captured)?)),
+        _ => None,
+    };
     let params = FrameParams {
-        camera: camera(
-            args,
-            asset.as_ref(),
-            model.as_ref().map(|(_, placed)| placed),
-        )?,
+        camera: seen.camera,
         mode: args.mode.into(),
         method: asset.as_ref().map_or(Method::default(), |asset| {
             MethodArg::resolve(args.interpolation.method, &asset.map)
         }),
         paint: args.paint.into(),
         antialias: args.antialias.into(),
-        background: args.background.into(),
+        background: match &photograph {
+            // What is behind comes later.
+            Some(_) => Background::Transparent,
+            None => args.background.into(),
+        },
         edges: EdgeParams {
             width_px: args.width as f32,
             by_item_buffer: args.soup,
@@ -180,6 +203,18 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             named()
         })
     })?;
+    let background = match args.background.rgb().filter(|_| photograph.is_none()) {
+        Some([r, g, b]) => [r, g, b, 255],
+        None => [0; 4],
+    };
+    let picture = seen.picture(picture, background);
+    let Shown { picture, overlap } = match &photograph {
+        Some((place, photograph)) => photograph.with(&picture, *place, args.background.rgb())?,
+        None => Shown {
+            picture,
+            overlap: None,
+        },
+    };
     file.write(&encode_picture(&picture, kind)?)?;
     if args.output.json {
         return output::print_json(&Rendered {
@@ -188,10 +223,13 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             height: picture.height,
             adapter: gpu.adapter_name(),
             fans: exact.as_ref().map(|shape| shape.fans().into()),
+            view: seen.captured.as_ref().map(|c| c.view.name.as_str()),
+            overlap,
         });
     }
+    let overlap = overlap.map_or_else(String::new, |o| format!(", overlaps the mask by {o:.4}"));
     output::say(&format!(
-        "{}: drawn by {}",
+        "{}: drawn by {}{overlap}",
         args.out.display(),
         gpu.adapter_name()
     ));
@@ -250,21 +288,19 @@ fn camera(
     args: &RenderArgs,
     asset: Option<&Asset>,
     model: Option<&(TriangleMesh, DVec3)>,
-) -> anyhow::Result<Camera> {
-    let of_asset = asset.map(|asset| {
-        let map = &asset.map;
-        (asset.placement.in_scene, map.center, map.radius)
-    });
+) -> anyhow::Result<PictureCamera> {
     let of_model = || {
         model.map(|(mesh, origin)| {
             let bounds = mesh.bounds();
-            (*origin, bounds.center, bounds.radius)
+            Scene {
+                origin: *origin,
+                origin_in_model: *origin,
+                sphere: (bounds.center, bounds.radius),
+            }
         })
     };
-    let (origin, center, radius) = of_asset
-        .or_else(of_model)
-        .context("there is nothing to look at")?;
-    camera_from_args(&args.camera, origin, center, radius)
+    let scene = (asset.map(Scene::of).or_else(of_model)).context("there is nothing to look at")?;
+    PictureCamera::from_args(&args.camera, &scene)
 }
 
 /// The exact silhouette of the model in the frame's image.
@@ -311,6 +347,16 @@ impl From<AntialiasArg> for Antialias {
             AntialiasArg::None => Self::None,
             AntialiasArg::Soft => Self::Soft,
             AntialiasArg::Msaa => Self::Msaa,
+        }
+    }
+}
+
+impl Backdrop {
+    /// Its colour, if it has one.
+    fn rgb(self) -> Option<[u8; 3]> {
+        match self {
+            Self::Transparent => None,
+            Self::Colour(rgb) => Some(rgb),
         }
     }
 }
