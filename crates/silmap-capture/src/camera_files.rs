@@ -7,7 +7,7 @@ use silmap_mesh_io::input;
 
 use crate::declared::Declared;
 use crate::error::{CaptureError, CaptureFault};
-use crate::folder::size_by_pictures;
+use crate::find_mask::size_by_pictures;
 use crate::json::{self, Fields};
 use crate::metashape::{self, Xml};
 use crate::view::CameraFormat;

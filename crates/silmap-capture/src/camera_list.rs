@@ -8,11 +8,13 @@ use silmap_geometry::Mask;
 
 use crate::declared::DeclaredView;
 use crate::error::{CaptureError, CaptureFault};
+use crate::find_mask::find_mask;
 use crate::lens::{Lens, NOT_FINITE};
+use crate::mask_file::MaskOptions;
 use crate::pinhole::Pinhole;
 use crate::undistort::sample;
 use crate::view::CameraFormat;
-use crate::{camera_files, folder, mask_file};
+use crate::{camera_files, mask_file};
 
 /// Names that a sentence has room for.
 const MOST_NAMES: usize = 5;
@@ -129,15 +131,8 @@ impl CameraView {
                 reason,
             }),
         };
-        let picture = mask_file::read_picture(path).map_err(|e| fault(e.to_string()))?;
-        let (width, height) = (self.camera.width, self.camera.height);
-        if (picture.width(), picture.height()) != (width, height) {
-            return Err(fault(format!(
-                "it has {} × {} pixels, not {width} × {height}",
-                picture.width(),
-                picture.height()
-            )));
-        }
+        let size = (self.camera.width, self.camera.height);
+        let picture = mask_file::read_photo(path, size).map_err(|e| fault(e.to_string()))?;
         let picture = picture.into_rgba8();
         Ok(Some(match &self.lens {
             Some(lens) if is_straight => self.straight(&picture, lens),
@@ -150,7 +145,7 @@ impl CameraView {
     /// # Errors
     /// One sentence that names the camera file, the view and the mask.
     pub fn mask(&self, of: &Path, is_straight: bool) -> Result<Option<Mask>, CaptureError> {
-        let found = folder::find_mask(&self.declared, &self.folder);
+        let found = find_mask(&self.declared, &self.folder, &MaskOptions::default());
         let mask = found.map_err(|fault| CaptureError {
             path: of.to_owned(),
             fault: Box::new(fault),

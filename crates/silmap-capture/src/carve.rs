@@ -14,6 +14,8 @@ use crate::bounds;
 use crate::field::{Field, FieldView};
 use crate::octree::{Grid, leaves, root_count};
 use crate::pieces::keep_object;
+use crate::pinhole::Pinhole;
+use crate::reading::Misread;
 use crate::residual::{Residual, disagreeing, median, residuals};
 use crate::surface::surface;
 use crate::view::{Capture, CaptureView, CaptureWarning};
@@ -94,6 +96,14 @@ pub enum CarveError {
     Incoherent {
         /// Median of intersection over union.
         overlap: f64,
+    },
+    /// Another reading of the cameras agrees with the masks.
+    #[error("{error}; {misread}")]
+    Misread {
+        /// What came of the cameras as they stand.
+        error: Box<CarveError>,
+        /// The other reading.
+        misread: Misread,
     },
     /// A camera in the object.
     #[error("view {view}: its camera is inside the object that the other masks leave")]
@@ -178,7 +188,7 @@ const FAR: f64 = 64.0;
 ///
 /// # Errors
 /// When interrupted, a parameter is out of range, nothing is left, or a camera is inside what is left.
-pub fn carve(
+pub(crate) fn carve_as_read(
     capture: &Capture,
     params: &CarveParams,
     watch: &Watch<'_>,
@@ -430,5 +440,74 @@ impl Carver<'_> {
             warnings.push(CaptureWarning::AtBounds);
         }
         Ok((mesh, grid))
+    }
+}
+
+/// Voxels along the longest side, and views, of coarse hulls.
+const COARSE_VOXELS: u32 = 64;
+const MOST_TRIED: usize = 24;
+
+/// With so many views one may be wrong in a coarse hull.
+const ONE_WRONG_FROM: usize = 20;
+
+/// Some views of a capture, for coarse hulls by other cameras.
+#[derive(Debug)]
+pub(crate) struct Trial {
+    views: Vec<(CaptureView, FieldView)>,
+}
+
+impl Trial {
+    pub(crate) fn new(views: &[CaptureView]) -> Self {
+        let stride = views.len().div_ceil(MOST_TRIED).max(1);
+        let tried: Vec<&CaptureView> = views.iter().step_by(stride).collect();
+        let with_distances = |view: &&CaptureView| {
+            let field = FieldView::new(view.camera, &view.mask, view.known.as_ref());
+            ((*view).clone(), field)
+        };
+        Self {
+            views: tried.par_iter().map(with_distances).collect(),
+        }
+    }
+
+    /// The median overlap of the masks with a coarse hull by other cameras; zero where there is none.
+    pub(crate) fn overlap(
+        &self,
+        change: impl Fn(&Pinhole) -> Pinhole,
+        watch: &Watch<'_>,
+    ) -> Result<f64, Interrupted> {
+        let changed: Vec<CaptureView> = (self.views.iter())
+            .map(|(view, _)| CaptureView {
+                camera: change(&view.camera),
+                ..view.clone()
+            })
+            .collect();
+        let Some((middle, distance)) = bounds::middle_of(&changed) else {
+            return Ok(0.0);
+        };
+        let about = |camera: &Pinhole| camera.moved(-middle);
+        let changed: Vec<CaptureView> = (changed.into_iter())
+            .map(|view| CaptureView {
+                camera: about(&view.camera),
+                ..view
+            })
+            .collect();
+        let voting: Vec<FieldView> = (self.views.iter().zip(&changed))
+            .map(|((_, field), view)| field.with_camera(view.camera))
+            .collect();
+        let carver = Carver {
+            views: changed.iter().collect(),
+            voting: voting.iter().collect(),
+            around: bounds::first_box((DVec3::ZERO, distance)),
+        };
+        let outvoted = usize::from(changed.len() >= ONE_WRONG_FROM);
+        let size = (outvoted, COARSE_VOXELS);
+        let mesh = match carver.carve(size, &mut Vec::new(), &watch.quiet()) {
+            Ok((mesh, _)) => mesh,
+            Err(CarveError::Interrupted(error)) => return Err(error),
+            Err(_) => return Ok(0.0),
+        };
+        let found = residuals(&mesh, &changed);
+        // A view that the hull reaches behind agrees with nothing.
+        Ok(median(found.iter().map(|r| r.map_or(0.0, |r| r.overlap))).unwrap_or(0.0))
     }
 }

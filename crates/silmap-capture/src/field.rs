@@ -38,6 +38,14 @@ impl FieldView {
         }
     }
 
+    /// The same mask with another camera.
+    pub(crate) fn with_camera(&self, camera: Pinhole) -> Self {
+        Self {
+            camera,
+            ..self.clone()
+        }
+    }
+
     /// The distance to the outline's cone, length units about; `None` where the view does not see the point.
     fn value(&self, point: DVec3) -> Option<f64> {
         let (image, depth) = self.camera.project(point)?;

@@ -1,34 +1,38 @@
 //! Reading a capture: which file has its cameras, and where each mask is.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use rayon::prelude::*;
-use silmap_geometry::trace::trace_contours;
 
 use crate::camera_files::{self, CameraFile};
-use crate::declared::{Declared, DeclaredView, MaskPlace};
+use crate::declared::Declared;
 use crate::error::{CaptureError, CaptureFault};
-use crate::mask_file;
-use crate::mask_image::{MaskFault, MaskImage};
+use crate::find_mask::find_mask;
+use crate::mask_file::{self, CameraMask, MaskOptions};
 use crate::undistort::without_lens;
 use crate::view::{CameraFormat, Capture, CaptureView, CaptureWarning};
-
-/// Extensions of masks that are found by convention.
-const MASK_EXTENSIONS: [&str; 2] = ["png", "webp"];
 
 /// Reads a capture: a camera file, or a folder that holds one; and the masks.
 ///
 /// # Errors
 /// One sentence that names the file and the first view at fault.
 pub fn read(path: &Path) -> Result<Capture, CaptureError> {
+    read_with(path, &MaskOptions::default())
+}
+
+/// As [`read`], with masks as the options say.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with(path: &Path, masks: &MaskOptions) -> Result<Capture, CaptureError> {
     let CameraFile {
         format,
         path: file,
         folder,
         declared,
     } = camera_files::read(path)?;
-    with_masks(declared, (format, &file, &folder)).map_err(|fault| CaptureError {
+    with_masks(declared, (format, &file, &folder), masks).map_err(|fault| CaptureError {
         path: file,
         fault: Box::new(fault),
     })
@@ -37,15 +41,21 @@ pub fn read(path: &Path) -> Result<Capture, CaptureError> {
 fn with_masks(
     declared: Declared,
     (format, file, folder): (CameraFormat, &Path, &Path),
+    options: &MaskOptions,
 ) -> Result<Capture, CaptureFault> {
-    let found: Vec<Result<Option<MaskImage>, CaptureFault>> = (declared.views.par_iter())
-        .map(|view| find_mask(view, folder))
+    let found: Vec<Result<Option<CameraMask>, CaptureFault>> = (declared.views.par_iter())
+        .map(|view| find_mask(view, folder, options))
         .collect();
     let listed = declared.views.len();
     let (mut views, mut warnings) = (Vec::new(), declared.warnings);
     let listed = listed + warnings.len();
     for (view, mask) in declared.views.into_iter().zip(found) {
-        let Some(MaskImage { mask, notes }) = mask? else {
+        let Some(CameraMask {
+            mask,
+            outline,
+            notes,
+        }) = mask?
+        else {
             warnings.push(CaptureWarning::NoMask { view: view.name });
             continue;
         };
@@ -53,7 +63,9 @@ fn with_masks(
             view: view.name.clone(),
             note,
         }));
-        let photo = match view.photo.as_deref().map(|path| usable(path, &view)) {
+        let photo = match (view.photo.as_deref())
+            .map(|path| mask_file::fits(path, (view.camera.width, view.camera.height)))
+        {
             Some(Err(reason)) => {
                 let view = view.name.clone();
                 warnings.push(CaptureWarning::Photo { view, reason });
@@ -65,7 +77,7 @@ fn with_masks(
         let as_taken = CaptureView {
             name: view.name,
             camera: view.camera,
-            outline: trace_contours(&mask),
+            outline,
             mask,
             photo,
             lens: None,
@@ -98,85 +110,4 @@ fn with_masks(
         listed,
         warnings,
     })
-}
-
-/// Why a photograph cannot be used, by its header.
-fn usable(path: &Path, view: &DeclaredView) -> Result<(), String> {
-    let shown = path.display();
-    let Some((width, height)) = mask_file::size_of(path) else {
-        return Err(format!("{shown} is not there, or no picture"));
-    };
-    let (wanted_width, wanted_height) = (view.camera.width, view.camera.height);
-    if (width, height) == (wanted_width, wanted_height) {
-        return Ok(());
-    }
-    Err(format!(
-        "{shown} has {width} × {height} pixels, not {wanted_width} × {wanted_height}"
-    ))
-}
-
-pub(crate) fn find_mask(
-    view: &DeclaredView,
-    folder: &Path,
-) -> Result<Option<MaskImage>, CaptureFault> {
-    let size = (view.camera.width, view.camera.height);
-    let fault = |mask: &Path| {
-        let (view, mask) = (view.name.clone(), mask.to_owned());
-        move |fault: MaskFault| CaptureFault::Mask {
-            view,
-            mask,
-            fault: Box::new(fault),
-        }
-    };
-    match &view.mask {
-        MaskPlace::None => return Ok(None),
-        MaskPlace::Named(path) => {
-            return mask_file::read(path, size).map(Some).map_err(fault(path));
-        }
-        MaskPlace::ByConvention | MaskPlace::OneOf(_) => {}
-    }
-    let beside = match (&view.mask, view.photo.as_deref()) {
-        (MaskPlace::OneOf(places), _) => places.clone(),
-        (_, Some(photo)) => conventional(photo, folder),
-        (_, None) => Vec::new(),
-    };
-    let named = MASK_EXTENSIONS.map(|e| folder.join("masks").join(format!("{}.{e}", view.name)));
-    if let Some(path) = beside.into_iter().chain(named).find(|p| p.is_file()) {
-        return mask_file::read(&path, size).map(Some).map_err(fault(&path));
-    }
-    match view.photo.as_deref().filter(|photo| photo.is_file()) {
-        Some(photo) => {
-            let mask = mask_file::read_alpha(photo, size).map_err(fault(photo))?;
-            let notes = Vec::new();
-            Ok(mask.map(|mask| MaskImage { mask, notes }))
-        }
-        None => Ok(None),
-    }
-}
-
-/// Columns and rows of a photograph, or of the mask that is found by convention.
-pub(crate) fn size_by_pictures(photo: &Path, folder: &Path) -> Option<(u32, u32)> {
-    let mut places = std::iter::once(photo.to_owned()).chain(conventional(photo, folder));
-    places.find_map(|path| mask_file::size_of(&path))
-}
-
-/// `masks/NAME.png` and `masks/NAME.jpg.png`, in the capture's folder and beside the photograph's.
-fn conventional(photo: &Path, folder: &Path) -> Vec<PathBuf> {
-    let mut places = vec![folder.join("masks")];
-    if let Some(around) = photo.parent().and_then(Path::parent) {
-        places.push(around.join("masks"));
-    }
-    let names = [photo.file_stem(), photo.file_name()];
-    let mut paths = Vec::new();
-    for place in &places {
-        for name in names.into_iter().flatten() {
-            for extension in MASK_EXTENSIONS {
-                let mut file = name.to_owned();
-                file.push(".");
-                file.push(extension);
-                paths.push(place.join(file));
-            }
-        }
-    }
-    paths
 }

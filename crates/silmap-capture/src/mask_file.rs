@@ -1,60 +1,256 @@
-//! The mask of a camera: out of a picture file, or out of the alpha channel of a photograph.
+//! The mask of a camera: out of a picture file, out of the alpha channel of a photograph, or by a rule out of the photograph itself.
+//!
+//! Cameras belong to the pixels of a file as they are stored: so COLMAP and its kin read photographs, whatever EXIF says about turning
+//! them for people. A picture is therefore turned only where its size leaves no doubt that the camera means the turned one: stored it
+//! does not fit the camera's image, and turned it does. A mask that somebody made of the turned photograph is turned back alike. Each is
+//! said in a note; where a picture fits neither way it is refused.
+//!
+//! A mask may have a whole multiple of the camera's columns and rows, or the same part of both.
 
 use std::path::Path;
 
+use glam::DVec2;
 use image::DynamicImage;
-use silmap_geometry::Mask;
+use image::metadata::Orientation;
+use silmap_geometry::{Loop, Mask};
 use silmap_mesh_io::input;
 
-use crate::mask_image::{MaskFault, MaskImage, checked, of_alpha, of_picture, picture};
+use crate::levels::Levels;
+use crate::mask_image::{Decoded, MaskFault, checked, decoded, levels_of, of_alpha};
+use crate::mask_rule::MaskRule;
 
-/// Reads a mask that must have this size.
+/// How masks are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MaskOptions {
+    /// Black, or transparent, is the object in mask files.
+    pub is_inverted: bool,
+    /// How masks are made of photographs that have none.
+    pub rule: Option<MaskRule>,
+}
+
+/// A mask in the image of a camera.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CameraMask {
+    pub(crate) mask: Mask,
+    /// In pixels of the camera's image.
+    pub(crate) outline: Vec<Loop>,
+    /// What was unusual, one clause each.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Reads a mask for an image of this size. `photo` is the photograph that it belongs to.
 ///
 /// # Errors
-/// When the file cannot be read or understood, has another size, or shows no outline.
-pub(crate) fn read(path: &Path, size: (u32, u32)) -> Result<MaskImage, MaskFault> {
-    let picture = read_picture(path)?;
-    check_size(&picture, size)?;
-    of_picture(&picture)
+/// When the file cannot be read or understood, has no size that fits, or shows no outline.
+pub(crate) fn read(
+    path: &Path,
+    (photo, size): (Option<&Path>, (u32, u32)),
+    options: &MaskOptions,
+) -> Result<CameraMask, MaskFault> {
+    let (picture, mut notes) = fitting(path, (photo, size), true)?;
+    let mut levels = levels_of(&picture, &mut notes)?;
+    if options.is_inverted {
+        levels = levels.inverted();
+    }
+    in_image(&levels, size, notes)
 }
 
 /// Reads the alpha channel of a photograph as a mask; `None` where it has none, or says nothing.
 ///
 /// # Errors
 /// As [`read`].
-pub(crate) fn read_alpha(path: &Path, size: (u32, u32)) -> Result<Option<Mask>, MaskFault> {
-    let picture = read_picture(path)?;
-    let Some(mask) = of_alpha(&picture) else {
+pub(crate) fn read_alpha(photo: &Path, size: (u32, u32)) -> Result<Option<CameraMask>, MaskFault> {
+    // Most photographs have no alpha, and need not be decoded to see that.
+    if !has_alpha(photo) {
         return Ok(None);
-    };
-    check_size(&picture, size)?;
-    checked(mask).map(Some)
+    }
+    let (picture, notes) = fitting(photo, (None, size), true)?;
+    let levels = of_alpha(&picture);
+    levels
+        .map(|levels| in_image(&levels, size, notes))
+        .transpose()
 }
 
-/// Columns and rows of a picture, by its header; `None` where it cannot be read.
+/// Makes a mask of a photograph by a rule.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn by_rule(
+    photo: &Path,
+    size: (u32, u32),
+    rule: MaskRule,
+) -> Result<CameraMask, MaskFault> {
+    let (picture, notes) = fitting(photo, (None, size), true)?;
+    in_image(&rule.levels(&picture), size, notes)
+}
+
+/// Reads a photograph for an image of this size, turned where its size shows that the camera means the turned one.
+///
+/// # Errors
+/// When it cannot be read, is no picture, is too large, or has another size.
+pub(crate) fn read_photo(path: &Path, size: (u32, u32)) -> Result<DynamicImage, MaskFault> {
+    fitting(path, (None, size), false).map(|found| found.0)
+}
+
+/// Columns and rows of a picture as it is stored, by its header; `None` where it cannot be read.
 pub(crate) fn size_of(path: &Path) -> Option<(u32, u32)> {
     image::image_dimensions(path).ok()
 }
 
-/// Decodes a picture, known by its content.
+/// Whether a photograph fits a camera's image, by its header.
 ///
 /// # Errors
-/// When it cannot be read, is no picture, or is too large.
-pub(crate) fn read_picture(path: &Path) -> Result<DynamicImage, MaskFault> {
-    picture(&input::read(path).map_err(MaskFault::Unreadable)?)
+/// Why not, as a clause that names the file.
+pub(crate) fn fits(path: &Path, size: (u32, u32)) -> Result<(), String> {
+    let shown = path.display();
+    let Some((width, height)) = size_of(path) else {
+        return Err(format!("{shown} is not there, or no picture"));
+    };
+    let is_turned = || turns_aside(orientation_of(path)) && (height, width) == size;
+    if (width, height) == size || is_turned() {
+        return Ok(());
+    }
+    let (wanted_width, wanted_height) = size;
+    Err(format!(
+        "{shown} has {width} × {height} pixels, not {wanted_width} × {wanted_height}"
+    ))
 }
 
-fn check_size(picture: &DynamicImage, wanted: (u32, u32)) -> Result<(), MaskFault> {
+/// The mask of levels in an image, and its outline.
+fn in_image(
+    levels: &Levels,
+    size: (u32, u32),
+    mut notes: Vec<String>,
+) -> Result<CameraMask, MaskFault> {
+    let (width, height) = levels.size();
+    let mut outline = levels.outline();
+    if (width, height) == size {
+        let mask = checked(levels.mask())?;
+        return Ok(CameraMask {
+            mask,
+            outline,
+            notes,
+        });
+    }
+    let scale = DVec2::new(
+        f64::from(size.0) / f64::from(width),
+        f64::from(size.1) / f64::from(height),
+    );
+    for point in outline.iter_mut().flatten() {
+        *point *= scale;
+    }
+    if width < size.0 {
+        notes.push(format!(
+            "it has {width} × {height} pixels and the image {} × {}: its outline is as coarse",
+            size.0, size.1
+        ));
+    }
+    let mask = checked(levels.resampled(size))?;
+    Ok(CameraMask {
+        mask,
+        outline,
+        notes,
+    })
+}
+
+/// Whether a size is a camera's, or where allowed a whole multiple or part of it along both axes.
+fn is_fitting((width, height): (u32, u32), (wanted, tall): (u32, u32), may_scale: bool) -> bool {
+    let is_multiple = |a: u32, b: u32, c: u32, d: u32| {
+        a > 0 && b > 0 && c % a == 0 && d % b == 0 && c / a == d / b
+    };
+    let is_scaled =
+        is_multiple(width, height, wanted, tall) || is_multiple(wanted, tall, width, height);
+    (width, height) == (wanted, tall) || may_scale && is_scaled
+}
+
+fn turns_aside(orientation: Orientation) -> bool {
+    matches!(
+        orientation,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    )
+}
+
+/// A picture in the frame of a camera's image.
+fn fitting(
+    path: &Path,
+    (photo, size): (Option<&Path>, (u32, u32)),
+    may_scale: bool,
+) -> Result<(DynamicImage, Vec<String>), MaskFault> {
+    let Decoded {
+        mut picture,
+        orientation,
+    } = decoded(&input::read(path).map_err(MaskFault::Unreadable)?)?;
     let (width, height) = (picture.width(), picture.height());
-    if (width, height) == wanted {
-        return Ok(());
+    let fits = |is_aside: bool| {
+        let turned = if is_aside {
+            (height, width)
+        } else {
+            (width, height)
+        };
+        is_fitting(turned, size, may_scale)
+    };
+    let mut notes = Vec::new();
+    if fits(false) {
+        if orientation != Orientation::NoTransforms {
+            notes.push(format!(
+                "EXIF says that it is to be turned for people (orientation {}): it is taken as it is stored, as its camera has that size",
+                orientation.to_exif()
+            ));
+        }
+        return Ok((picture, notes));
+    }
+    if turns_aside(orientation) && fits(true) {
+        notes.push(format!(
+            "it is turned as EXIF says (orientation {}): its camera has that size",
+            orientation.to_exif()
+        ));
+        picture.apply_orientation(orientation);
+        return Ok((picture, notes));
+    }
+    let of_photo = photo.map_or(Orientation::NoTransforms, orientation_of);
+    if turns_aside(of_photo) && fits(true) {
+        notes.push(format!(
+            "it was made of the photograph turned as EXIF says (orientation {}): it is turned back",
+            of_photo.to_exif()
+        ));
+        picture.apply_orientation(inverse(of_photo));
+        return Ok((picture, notes));
     }
     Err(MaskFault::OtherSize {
         width,
         height,
-        wanted_width: wanted.0,
-        wanted_height: wanted.1,
+        wanted_width: size.0,
+        wanted_height: size.1,
     })
+}
+
+fn inverse(orientation: Orientation) -> Orientation {
+    match orientation {
+        Orientation::Rotate90 => Orientation::Rotate270,
+        Orientation::Rotate270 => Orientation::Rotate90,
+        // The others undo themselves.
+        other => other,
+    }
+}
+
+/// What EXIF says; nothing where the file cannot be read.
+fn orientation_of(path: &Path) -> Orientation {
+    use image::ImageDecoder;
+    let reader = image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
+    let decoder = reader.ok().and_then(|r| r.into_decoder().ok());
+    let found = decoder.and_then(|mut d| d.orientation().ok());
+    found.unwrap_or(Orientation::NoTransforms)
+}
+
+fn has_alpha(path: &Path) -> bool {
+    use image::ImageDecoder;
+    let reader = image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
+    let decoder = reader.ok().and_then(|r| r.into_decoder().ok());
+    // A file that cannot be read is looked at again, to say why.
+    decoder.is_none_or(|d| d.color_type().has_alpha())
 }
 
 #[cfg(test)]
@@ -64,6 +260,10 @@ mod tests {
     use super::*;
 
     const SIZE: (u32, u32) = (24, 20);
+
+    fn read_plain(path: &Path, size: (u32, u32)) -> Result<CameraMask, MaskFault> {
+        read(path, (None, size), &MaskOptions::default())
+    }
 
     fn is_disc(x: u32, y: u32) -> bool {
         (f64::from(x) - 10.0).hypot(f64::from(y) - 12.0) < 7.0
@@ -80,14 +280,18 @@ mod tests {
         for (inside, outside) in [(255_u8, 0_u8), (1, 0), (200, 100), (130, 120)] {
             let value = |x, y| Luma([if is_disc(x, y) { inside } else { outside }]);
             GrayImage::from_fn(24, 20, value).save(&path).unwrap();
-            assert_eq!(read(&path, SIZE).unwrap().mask, disc, "{inside} {outside}");
+            assert_eq!(
+                read_plain(&path, SIZE).unwrap().mask,
+                disc,
+                "{inside} {outside}"
+            );
         }
         // Alpha decides, whatever the colours.
         image::ImageBuffer::from_fn(24, 20, |x, y| LumaA([9_u8, 255 * u8::from(is_disc(x, y))]))
             .save(&path)
             .unwrap();
-        assert_eq!(read(&path, SIZE).unwrap().mask, disc);
-        assert_eq!(read_alpha(&path, SIZE).unwrap(), Some(disc));
+        assert_eq!(read_plain(&path, SIZE).unwrap().mask, disc);
+        assert_eq!(read_alpha(&path, SIZE).unwrap().map(|m| m.mask), Some(disc));
         RgbImage::new(24, 20).save(&path).unwrap();
         assert_eq!(read_alpha(&path, SIZE).unwrap(), None);
     }
@@ -99,7 +303,7 @@ mod tests {
         let path = folder.path().join("mask.png");
         let value = |x, y| Luma([if is_disc(x, y) { 0_u8 } else { 255 }]);
         GrayImage::from_fn(24, 20, value).save(&path).unwrap();
-        let MaskImage { mask, notes } = read(&path, SIZE).unwrap();
+        let CameraMask { mask, notes, .. } = read_plain(&path, SIZE).unwrap();
         assert!(mask.get(0, 0) && !mask.get(10, 12) && notes.is_empty());
         assert!(!crate::mask_image::read(&path).unwrap().mask.get(0, 0));
     }
@@ -108,7 +312,7 @@ mod tests {
     fn what_shows_no_outline_or_has_another_size_is_said() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mask.png");
-        let message = || read(&path, (4, 4)).unwrap_err().to_string();
+        let message = || read_plain(&path, (4, 4)).unwrap_err().to_string();
         assert!(message().starts_with("cannot be read"));
         for (value, word) in [(0, "(black)"), (255, "(white)")] {
             GrayImage::from_pixel(4, 4, Luma([value]))
@@ -116,8 +320,8 @@ mod tests {
                 .unwrap();
             assert!(message().contains(word), "{}", message());
         }
-        GrayImage::new(2, 4).save(&path).unwrap();
-        assert_eq!(message(), "it has 2 × 4 pixels, not 4 × 4");
+        GrayImage::new(3, 4).save(&path).unwrap();
+        assert_eq!(message(), "it has 3 × 4 pixels, not 4 × 4");
         std::fs::write(&path, "what is this?").unwrap();
         assert!(message().contains("a mask is a picture"));
     }

@@ -13,12 +13,14 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageError, ImageReader};
+use image::metadata::Orientation;
+use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 use silmap_geometry::Mask;
 use silmap_geometry::camera::MAX_SIDE_PX;
+use silmap_mesh_io::input;
 use thiserror::Error;
 
-use silmap_mesh_io::input;
+use crate::levels::Levels;
 
 /// Share of a picture's border that is inside when the picture is taken the other way round.
 const BORDER_SHARE: f64 = 0.75;
@@ -121,7 +123,7 @@ pub fn decode(bytes: &[u8]) -> Result<MaskImage, MaskFault> {
     let MaskImage {
         mut mask,
         mut notes,
-    } = of_picture(&picture(bytes)?)?;
+    } = of_picture(&decoded(bytes)?.picture)?;
     if is_background_bright(&mask) {
         mask = mask_of(mask.width(), mask.height(), |x, y| {
             !mask.get(x.into(), y.into())
@@ -134,8 +136,15 @@ pub fn decode(bytes: &[u8]) -> Result<MaskImage, MaskFault> {
     Ok(MaskImage { mask, notes })
 }
 
+/// A picture as it is stored, and how it is to be turned for people.
+#[derive(Debug)]
+pub(crate) struct Decoded {
+    pub(crate) picture: DynamicImage,
+    pub(crate) orientation: Orientation,
+}
+
 /// The decoded picture, if its sides are within the limit: what the header claims is looked at first.
-pub(crate) fn picture(bytes: &[u8]) -> Result<DynamicImage, MaskFault> {
+pub(crate) fn decoded(bytes: &[u8]) -> Result<Decoded, MaskFault> {
     let found = match kind_of(bytes) {
         Kind::Read(found) => found,
         Kind::Empty => return Err(MaskFault::Empty),
@@ -143,29 +152,41 @@ pub(crate) fn picture(bytes: &[u8]) -> Result<DynamicImage, MaskFault> {
         Kind::Other(found) => return Err(MaskFault::NoPicture { found }),
     };
     let damaged = |reason| MaskFault::Damaged { found, reason };
-    let reader = || {
-        ImageReader::new(Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| damaged(ImageError::IoError(error)))
-    };
-    let (width, height) = reader()?.into_dimensions().map_err(damaged)?;
+    let reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| damaged(ImageError::IoError(error)))?;
+    let mut decoder = reader.into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
     if width > MAX_SIDE_PX || height > MAX_SIDE_PX {
         return Err(MaskFault::TooLarge { width, height });
     }
-    reader()?.decode().map_err(damaged)
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    Limits::default()
+        .reserve(decoder.total_bytes())
+        .map_err(damaged)?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    Ok(Decoded {
+        picture,
+        orientation,
+    })
 }
 
 /// The mask of a picture, as it is.
 pub(crate) fn of_picture(picture: &DynamicImage) -> Result<MaskImage, MaskFault> {
     let mut notes = Vec::new();
-    let mask = match of_alpha(picture) {
-        Some(mask) => mask,
-        None => of_brightness(picture, &mut notes)?,
-    };
-    Ok(MaskImage {
-        mask: checked(mask)?,
-        notes,
-    })
+    let mask = checked(levels_of(picture, &mut notes)?.mask())?;
+    Ok(MaskImage { mask, notes })
+}
+
+/// What a picture says about each pixel: inside is above zero.
+pub(crate) fn levels_of(
+    picture: &DynamicImage,
+    notes: &mut Vec<String>,
+) -> Result<Levels, MaskFault> {
+    match of_alpha(picture) {
+        Some(levels) => Ok(levels),
+        None => of_brightness(picture, notes),
+    }
 }
 
 /// A mask that shows an outline.
@@ -194,29 +215,27 @@ fn mask_of(width: u32, height: u32, is_inside: impl Fn(u32, u32) -> bool) -> Mas
     mask
 }
 
-/// Where the picture is more than half opaque, if its alpha says anything.
-pub(crate) fn of_alpha(picture: &DynamicImage) -> Option<Mask> {
+/// How opaque the picture is, against one half, if its alpha says anything.
+pub(crate) fn of_alpha(picture: &DynamicImage) -> Option<Levels> {
     if !picture.color().has_alpha() {
         return None;
     }
     let rgba = picture.to_rgba16();
-    let mut alphas = rgba.pixels().map(|p| p.0[3]);
-    let first = alphas.next()?;
-    if alphas.all(|a| a == first) {
+    let alphas: Vec<u16> = rgba.pixels().map(|p| p.0[3]).collect();
+    let first = *alphas.first()?;
+    if alphas.iter().all(|&a| a == first) {
         return None;
     }
-    let is_inside = |x, y| rgba.get_pixel(x, y).0[3] > u16::MAX / 2;
-    Some(mask_of(rgba.width(), rgba.height(), is_inside))
+    Some(above(&alphas, (rgba.width(), rgba.height()), u16::MAX / 2))
 }
 
-/// Where the picture is bright.
-fn of_brightness(picture: &DynamicImage, notes: &mut Vec<String>) -> Result<Mask, MaskFault> {
+/// How bright the picture is, against the brightness from which on it shows the object.
+fn of_brightness(picture: &DynamicImage, notes: &mut Vec<String>) -> Result<Levels, MaskFault> {
     let luma = picture.to_luma16();
-    let [mut low, mut high] = [u16::MAX, 0];
-    for pixel in luma.pixels() {
-        low = low.min(pixel.0[0]);
-        high = high.max(pixel.0[0]);
-    }
+    let size = (luma.width(), luma.height());
+    let values = luma.into_raw();
+    let (low, high) =
+        (values.iter()).fold((u16::MAX, 0), |(low, high), &v| (v.min(low), v.max(high)));
     if low >= high {
         let percent = 100.0 * f64::from(low) / f64::from(u16::MAX);
         let what = match percent {
@@ -227,7 +246,7 @@ fn of_brightness(picture: &DynamicImage, notes: &mut Vec<String>) -> Result<Mask
         return Err(MaskFault::Blank { what });
     }
     let half = u16::MAX / 2;
-    let has_two = luma.pixels().all(|p| p.0[0] == low || p.0[0] == high);
+    let has_two = values.iter().all(|&v| v == low || v == high);
     let threshold = if has_two {
         low
     } else if (low..high).contains(&half) {
@@ -243,8 +262,24 @@ fn of_brightness(picture: &DynamicImage, notes: &mut Vec<String>) -> Result<Mask
         ));
         middle
     };
-    let is_inside = |x, y| luma.get_pixel(x, y).0[0] > threshold;
-    Ok(mask_of(luma.width(), luma.height(), is_inside))
+    Ok(above(&values, size, threshold))
+}
+
+/// Values against a threshold; those above it are inside.
+fn above(values: &[u16], size: (u32, u32), threshold: u16) -> Levels {
+    let level = f32::from(threshold) + 0.5;
+    let mut two: Vec<u16> = Vec::new();
+    for &value in values {
+        if !two.contains(&value) {
+            two.push(value);
+            if two.len() > 2 {
+                break;
+            }
+        }
+    }
+    let span = f32::from(u16::MAX) / 2.0;
+    let heights = values.iter().map(|&v| (f32::from(v) - level) / span);
+    Levels::new(size, heights.collect(), two.len() <= 2)
 }
 
 /// Whether it is the background that is inside.

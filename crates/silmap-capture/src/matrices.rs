@@ -14,7 +14,7 @@ use silmap_mesh_io::input;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::{CaptureError, CaptureFault};
-use crate::folder::size_by_pictures;
+use crate::find_mask::size_by_pictures;
 use crate::lens::Distortion;
 use crate::pictures;
 use crate::pinhole::{Matrix34, Pinhole};

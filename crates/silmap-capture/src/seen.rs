@@ -274,7 +274,8 @@ mod tests {
     use silmap_geometry::{ClosedMesh, Watch};
     use silmap_models as models;
 
-    use crate::carve::{CarveParams, carve};
+    use crate::carve::CarveParams;
+    use crate::misread::carve;
     use crate::view::CameraFormat;
 
     const SIZE: (u32, u32) = (240, 200);

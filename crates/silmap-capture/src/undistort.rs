@@ -14,7 +14,7 @@ use silmap_geometry::{Loop, Mask, lighting};
 
 use crate::error::CaptureFault;
 use crate::lens::{Distortion, Lens, NOT_FINITE};
-use crate::mask_file::read_picture;
+use crate::mask_file::read_photo;
 use crate::mask_image::MaskFault;
 use crate::pinhole::Pinhole;
 use crate::view::CaptureView;
@@ -132,7 +132,7 @@ impl CaptureView {
         let Some(path) = &self.photo else {
             return Ok(None);
         };
-        let picture = read_picture(path)?.into_rgba8();
+        let picture = read_photo(path, self.photo_size())?.into_rgba8();
         let Some(lens) = &self.lens else {
             return Ok(Some(picture));
         };

@@ -7,6 +7,8 @@ use silmap_geometry::{Loop, Mask};
 
 use crate::lens::Lens;
 use crate::pinhole::Pinhole;
+use crate::reading::Misread;
+use crate::shift::{ImageShift, ShiftKind};
 use crate::signed_distance::bounds_of;
 
 /// A kind of camera file.
@@ -164,6 +166,10 @@ pub enum CaptureWarning {
         /// Median of intersection over union.
         median: f64,
     },
+    /// Another reading of the cameras agrees better with the masks.
+    Misread(Misread),
+    /// All image coordinates are off by a step.
+    Shifted(ImageShift),
     /// Small pieces beside the largest were left out.
     Pieces {
         /// How many.
@@ -204,6 +210,15 @@ impl std::fmt::Display for CaptureWarning {
                 "the hull overlaps the masks by {median:.3} only, in the median: the cameras may be mirrored, have y up for y down or another \
                  principal point, or be inexact"
             ),
+            Self::Misread(misread) => write!(f, "{misread}"),
+            Self::Shifted(shift) => match shift.kind() {
+                ShiftKind::HalfPixel { is_forward } => write!(
+                    f,
+                    "{shift}: where the file has the first pixel's centre is half a pixel too {}, or the principal point is off",
+                    if is_forward { "large" } else { "small" }
+                ),
+                _ => write!(f, "{shift}: the principal point may be off"),
+            },
             Self::Pieces { count } => write!(
                 f,
                 "{count} {} beside the object {} left out: what masks leave by accident, or what few images show",

@@ -5,6 +5,7 @@
 //! `charts`, pictures of things in space on the CPU in `canvas`.
 
 mod canvas;
+mod capture_page;
 mod charts;
 mod comparison;
 mod contour_generator;
@@ -27,6 +28,7 @@ use silmap_geometry::{ColourImage, TriangleMesh};
 use silmap_map::Asset;
 use silmap_measure::{Comparison, Measured, SceneResults};
 
+pub use capture_page::{CapturePage, CapturePageView, capture_page};
 pub use comparison::numbers as comparison_numbers;
 pub use coverage_map::coverage_map;
 

@@ -1,6 +1,9 @@
 //! Options of `build` for captures: photographs' cameras and masks in the place of a mesh.
 
+use std::path::PathBuf;
+
 use clap::Args;
+use silmap_capture::MaskRule;
 
 /// How a capture is carved.
 #[derive(Clone, Debug, Args)]
@@ -18,4 +21,16 @@ pub(crate) struct CarveArgs {
     /// Take no colours from the photographs: the hull is lit instead
     #[arg(long, help_heading = "Captures", conflicts_with_all = ["from", "manifest"])]
     pub(crate) no_photographs: bool,
+    /// Black is the object in mask files, and white the background
+    #[arg(long, help_heading = "Captures", conflicts_with_all = ["from", "manifest"])]
+    pub(crate) mask_inverted: bool,
+    /// Make masks of photographs that have none and a plain background: the object's brightest channel is above T (`lighter:T`), its
+    /// darkest below (`darker:T`), its colour farther than T from one (`unlike:R,G,B:T`), or it is unlike the colour along the border
+    /// (`auto`); values from 0 to 255. Small pieces are left out, small holes filled
+    #[arg(long, help_heading = "Captures", value_name = "RULE", conflicts_with_all = ["from", "manifest"])]
+    pub(crate) mask_rule: Option<MaskRule>,
+    /// Write a page (HTML, all in one file): the cameras around the hull, what was understood, and the hull beside each mask, worst first.
+    /// With `--check` or without; it is written as soon as the hull is carved
+    #[arg(long, help_heading = "Captures", value_name = "PAGE.html", conflicts_with_all = ["from", "manifest"])]
+    pub(crate) page: Option<PathBuf>,
 }

@@ -277,11 +277,14 @@ fn check_usage(args: &BuildArgs) {
     let is_of_captures = carving.check
         || carving.no_photographs
         || carving.voxels.is_some()
-        || carving.outvoted.is_some();
+        || carving.outvoted.is_some()
+        || carving.mask_inverted
+        || carving.mask_rule.is_some()
+        || carving.page.is_some();
     if is_of_captures && model.is_some_and(|m| m.is_file() && !silmap_capture::is_capture(m)) {
         usage_error(
             ErrorKind::ArgumentConflict,
-            "--check, --voxels, --outvoted and --no-photographs are for captures, and this is neither a folder nor a camera file",
+            "--check, --voxels, --outvoted, --no-photographs, --mask-inverted, --mask-rule and --page are for captures, and this is neither a folder nor a camera file",
         );
     }
     let is_mending = load_options(args.mending) != LoadOptions::default();

@@ -6,8 +6,9 @@ use std::time::Instant;
 use anyhow::Context;
 use serde::Serialize;
 use silmap_capture::{
-    Capture, CaptureView, CaptureWarning, CarveParams, Carved, Painted, carve, disagreeing, median,
-    paint, read, seen_outlines,
+    Capture, CaptureView, CaptureWarning, CarveParams, Carved, ImageShift, MaskOptions, Misread,
+    Painted, ShiftKind, carve, disagreeing, image_shift, median, misread, paint, read_with,
+    seen_outlines,
 };
 use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
@@ -16,6 +17,8 @@ use silmap_preprocess::pipeline::Photographed;
 use silmap_preprocess::seen::SeenSilhouette;
 
 use crate::args::CarveArgs;
+use crate::commands::capture_page;
+use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::{interrupt, machine, output};
 
@@ -27,6 +30,12 @@ pub(crate) struct CarvedCapture {
     pub(crate) painted: Option<Painted>,
     /// What was odd, as sentences.
     pub(crate) warnings: Vec<String>,
+    /// Views that have no vote.
+    pub(crate) left_out: Vec<String>,
+    /// Another reading of the cameras that agrees better with the masks.
+    misread: Option<Misread>,
+    /// How far all image coordinates are off.
+    pub(crate) shift: Option<ImageShift>,
 }
 
 /// A mask beside the carved hull.
@@ -87,11 +96,28 @@ struct CheckJson<'a> {
     /// Views whose masks or cameras disagree with the rest.
     disagree: Vec<&'a str>,
     outvoted: u32,
+    /// Views without a vote: each alone carves away much of what all others keep.
+    left_out: &'a [String],
+    /// What may be wrong with all cameras; nothing where the masks agree with them, several where they do not tell which.
+    likely: Vec<&'static str>,
+    image_shift: Option<ShiftJson>,
     voxel: f64,
     hull: HullJson,
     warnings: &'a [String],
     seconds: f64,
     peak_bytes: Option<u64>,
+}
+
+/// What is to be added to the image coordinates that the cameras give so that they fit the masks best, pixels.
+#[derive(Serialize)]
+struct ShiftJson {
+    by: [f64; 2],
+    /// Standard deviations.
+    deviation: [f64; 2],
+    /// Whether each of both can be told.
+    is_known: [bool; 2],
+    /// `none`, `half-pixel` or `principal-point`.
+    looks_like: &'static str,
 }
 
 #[derive(Serialize)]
@@ -109,8 +135,16 @@ impl CarvedCapture {
     /// One sentence with the file's name.
     pub(crate) fn of(path: &Path, args: &CarveArgs) -> anyhow::Result<Self> {
         let owned = path.to_owned();
+        let page = args.page.as_deref().map(OutputFile::check).transpose()?;
+        if let Some(page) = &page {
+            page.refuse_to_replace(path);
+        }
+        let masks = MaskOptions {
+            is_inverted: args.mask_inverted,
+            rule: args.mask_rule,
+        };
         // The error names the file.
-        let capture = interrupt::unless_stopped(move || read(&owned))??;
+        let capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
         let params = CarveParams {
             voxels: args.voxels.unwrap_or(CarveParams::default().voxels),
             outvoted: args.outvoted,
@@ -125,7 +159,11 @@ impl CarvedCapture {
             carved,
             painted: None,
             warnings: Vec::new(),
+            left_out: Vec::new(),
+            misread: None,
+            shift: None,
         };
+        found.look_closer(args, &mut odd)?;
         if !(args.check || args.no_photographs) {
             found.paint(&mut odd)?;
         }
@@ -133,7 +171,39 @@ impl CarvedCapture {
         for warning in &found.warnings {
             output::warn(&format!("{}: {warning}", found.capture.path.display()));
         }
+        if let Some(file) = page {
+            file.write(capture_page::page(&found).as_bytes())?;
+        }
         Ok(found)
+    }
+
+    /// What is found out about all cameras together, with `--check` or for a page.
+    fn look_closer(
+        &mut self,
+        args: &CarveArgs,
+        odd: &mut Vec<CaptureWarning>,
+    ) -> anyhow::Result<()> {
+        for warning in odd.iter() {
+            match warning {
+                CaptureWarning::Misread(misread) => self.misread = Some(misread.clone()),
+                CaptureWarning::LeftOut { view } => self.left_out.push(view.clone()),
+                _ => {}
+            }
+        }
+        if !args.check && args.page.is_none() {
+            return Ok(());
+        }
+        if self.misread.is_none() {
+            self.misread = Progress::new().watch(|watch| misread(&self.capture, watch))?;
+            odd.extend(self.misread.clone().map(CaptureWarning::Misread));
+        }
+        // Coordinates of cameras that are wrong altogether say nothing.
+        if self.misread.is_none() {
+            self.shift = image_shift(&self.capture);
+            let shift = self.shift.filter(|s| s.kind() != ShiftKind::None);
+            odd.extend(shift.map(CaptureWarning::Shifted));
+        }
+        Ok(())
     }
 
     fn paint(&mut self, odd: &mut Vec<CaptureWarning>) -> anyhow::Result<()> {
@@ -270,6 +340,20 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
             overlap: found.overlap(),
             disagree,
             outvoted: carved.outvoted,
+            left_out: &found.left_out,
+            likely: (found.misread.iter())
+                .flat_map(|m| m.likely.iter().map(|r| r.key()))
+                .collect(),
+            image_shift: found.shift.map(|shift| ShiftJson {
+                by: shift.by.to_array(),
+                deviation: shift.deviation.to_array(),
+                is_known: shift.is_known(),
+                looks_like: match shift.kind() {
+                    ShiftKind::None => "none",
+                    ShiftKind::HalfPixel { .. } => "half-pixel",
+                    ShiftKind::Principal => "principal-point",
+                },
+            }),
             voxel: carved.voxel,
             hull: HullJson {
                 faces: carved.mesh.mesh().faces.len(),
@@ -302,6 +386,7 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
             carved.voxel
         ),
     ];
+    lines.extend(found.shift.iter().map(ToString::to_string));
     for mask in found.masks() {
         let mark = if disagree.contains(&mask.name.as_str()) {
             "  disagrees with the rest"
