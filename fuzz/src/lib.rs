@@ -1,5 +1,7 @@
 //! What the fuzz targets share: what is done with a file once it has been read.
 
+pub mod cameras;
+
 use std::path::Path;
 use std::sync::LazyLock;
 

@@ -11,7 +11,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use silmap_exact::ConeForest;
-use silmap_fuzz::{ASSET_FILE, FOREST_MESH};
+use silmap_fuzz::{ASSET_FILE, FOREST_MESH, cameras};
 use silmap_geometry::ClosedMesh;
 use silmap_geometry::Watch;
 use silmap_hull::{self as hull, HullParams};
@@ -47,6 +47,7 @@ fn main() -> anyhow::Result<()> {
         load_bytes(Path::new(name), text.as_bytes(), &LoadOptions::default())?;
         put(&folder, "gltf", name, text.as_bytes())?;
     }
+    put_cameras(&folder)?;
     for (target, name, text) in TEXTS {
         put(&folder, target, name, text.as_bytes())?;
     }
@@ -103,6 +104,50 @@ fn put(folder: &Path, target: &str, name: &str, bytes: &[u8]) -> anyhow::Result<
 }
 
 /// What our own writers do not write: target, file, content.
+/// Camera files of every kind: the letter that chooses the file, then its bytes.
+fn put_cameras(folder: &Path) -> anyhow::Result<()> {
+    for (k, name) in cameras::FILES.into_iter().enumerate() {
+        let of_model = cameras::COLMAP.iter().find(|(file, _)| *file == name);
+        let bytes = match (name.ends_with(".bin"), of_model) {
+            (true, _) => cameras::binary(Path::new(name)),
+            (_, Some((_, text))) => text.as_bytes().to_vec(),
+            _ => CAMERAS
+                .iter()
+                .find(|(file, _)| *file == name)
+                .map_or_else(Vec::new, |(_, text)| text.as_bytes().to_vec()),
+        };
+        let mut whole = vec![b'a' + u8::try_from(k)?];
+        whole.extend(bytes);
+        put(folder, "cameras", &name.replace('/', "-"), &whole)?;
+    }
+    Ok(())
+}
+
+/// Camera files that are texts of their own; masks `a` and `b` have 24 × 20 pixels.
+const CAMERAS: &[(&str, &str)] = &[
+    (
+        "cameras.json",
+        r#"{"width":24,"height":20,"pixel_centre":0.5,"metric":true,"views":[{"name":"a","P":[[30,0,12,0],[0,30,10,0],[0,0,1,3]]},{"name":"b","K":[[30,0,12],[0,30,10],[0,0,1]],"R":[[0,0,-1],[0,1,0],[1,0,0]],"t":[0,0,3]}]}"#,
+    ),
+    (
+        "transforms.json",
+        r#"{"w":24,"h":20,"fl_x":30,"cx":12,"cy":10,"camera_model":"OPENCV","k1":-0.1,"p2":0.01,"frames":[{"file_path":"a","transform_matrix":[[1,0,0,0],[0,1,0,0],[0,0,1,3],[0,0,0,1]]},{"file_path":"b.jpg","camera_model":"OPENCV_FISHEYE","k4":0.1,"transform_matrix":[[0,0,1,3],[0,1,0,0],[-1,0,0,0]]}]}"#,
+    ),
+    (
+        "x_par.txt",
+        "2\na.png 30 0 12 0 30 10 0 0 1 1 0 0 0 1 0 0 0 1 0 0 3\nb.png 30 0 12 0 30 10 0 0 1 0 0 -1 0 1 0 1 0 0 0 0 3\n",
+    ),
+    (
+        "cameras.xml",
+        r#"<document><chunk><sensors><sensor id="0" type="fisheye"><resolution width="24" height="20"/><calibration type="frame" class="adjusted"><f>30</f><cx>1</cx><b1>.5</b1><k1>-.1</k1><p1>.01</p1></calibration></sensor></sensors><components><component id="0"><transform><rotation>1 0 0 0 1 0 0 0 1</rotation><translation>1 2 3</translation><scale>2</scale></transform></component></components><cameras><camera id="0" sensor_id="0" component_id="0" label="a"><transform>1 0 0 0 0 1 0 0 0 0 1 -3 0 0 0 1</transform></camera><group><camera id="1" sensor_id="0" label="b.jpg"><transform>0 0 1 -3 0 1 0 0 -1 0 0 0 0 0 0 1</transform></camera></group></cameras></chunk></document>"#,
+    ),
+    (
+        "matrices.txt",
+        "a.png 30 0 12 36 0 30 10 30 0 0 1 3\nb\n0 0 1 0\n0 1 0 0\n1 0 0 3\n",
+    ),
+    ("txt/a.txt", "CONTOUR\n30 0 12 36\n0 30 10 30\n0 0 1 3\n"),
+];
+
 const TEXTS: &[(&str, &str, &str)] = &[
     (
         "mtl",

@@ -214,9 +214,7 @@ pub(crate) fn carve_as_read(
             ..view.clone()
         })
         .collect();
-    let voting: Vec<FieldView> = (at_origin.par_iter())
-        .map(|view| FieldView::new(view.camera, &view.mask, view.known.as_ref()))
-        .collect();
+    let voting: Vec<FieldView> = (at_origin.par_iter()).map(FieldView::new).collect();
     let mut carver = Carver {
         views: at_origin.iter().collect(),
         voting: voting.iter().collect(),
@@ -461,7 +459,7 @@ impl Trial {
         let stride = views.len().div_ceil(MOST_TRIED).max(1);
         let tried: Vec<&CaptureView> = views.iter().step_by(stride).collect();
         let with_distances = |view: &&CaptureView| {
-            let field = FieldView::new(view.camera, &view.mask, view.known.as_ref());
+            let field = FieldView::new(view);
             ((*view).clone(), field)
         };
         Self {

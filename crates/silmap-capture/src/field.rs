@@ -9,15 +9,19 @@
 //! Deviations: some votes may be wrong; what is outside of the images is unknown.
 
 use glam::{DVec2, DVec3};
-use silmap_geometry::Mask;
 
+use crate::lens::Lens;
 use crate::pinhole::Pinhole;
 use crate::signed_distance::SignedDistance;
+use crate::view::CaptureView;
 
 /// A camera with distances to its mask's outline.
 #[derive(Clone, Debug)]
 pub(crate) struct FieldView {
     camera: Pinhole,
+    /// The lens through which the mask was taken.
+    lens: Option<Lens>,
+    /// To the mask's outline, in the photograph.
     distances: SignedDistance,
     /// Distances to the border of what its photograph shows, where that is not all of the image.
     known: Option<SignedDistance>,
@@ -30,11 +34,12 @@ const STEEPEST: f64 = 1.45;
 const SLACK_PX: f64 = 1.0;
 
 impl FieldView {
-    pub(crate) fn new(camera: Pinhole, mask: &Mask, known: Option<&Mask>) -> Self {
+    pub(crate) fn new(view: &CaptureView) -> Self {
         Self {
-            camera,
-            distances: SignedDistance::new(mask),
-            known: known.map(SignedDistance::new),
+            camera: view.camera,
+            lens: view.lens,
+            distances: SignedDistance::new(view.taken.as_ref().unwrap_or(&view.mask)),
+            known: view.known.as_ref().map(SignedDistance::new),
         }
     }
 
@@ -46,12 +51,22 @@ impl FieldView {
         }
     }
 
+    /// The distance at an image point of the camera, pixels of the photograph; `None` where the lens shows it nowhere.
+    fn distance(&self, image: DVec2) -> Option<f64> {
+        let Some(lens) = &self.lens else {
+            return Some(self.distances.at(image));
+        };
+        let photo = lens.photo_from_tangent(self.camera.tangent(image));
+        photo.map(|photo| self.distances.at(photo))
+    }
+
     /// The distance to the outline's cone, length units about; `None` where the view does not see the point.
     fn value(&self, point: DVec3) -> Option<f64> {
         let (image, depth) = self.camera.project(point)?;
         let is_seen = self.camera.shows(image)
             && (self.known.as_ref()).is_none_or(|known| known.at(image) <= 0.0);
-        is_seen.then(|| self.distances.at(image) * depth / self.camera.pixels_per_tangent())
+        let distance = self.distance(image).filter(|_| is_seen)?;
+        Some(distance * depth / self.camera.pixels_per_tangent())
     }
 
     fn say_about(&self, block: &Block) -> Word {
@@ -84,7 +99,10 @@ impl FieldView {
             Some(distance) if distance > -room => return Word::Undecided,
             _ => {}
         }
-        let distance = self.distances.at(middle);
+        let Some(distance) = self.distance(middle) else {
+            return Word::Undecided;
+        };
+        let room = STEEPEST * reach * self.lens.map_or(1.0, |lens| lens.stretch()) + SLACK_PX;
         if distance > room {
             Word::Outside
         } else if distance < -room {

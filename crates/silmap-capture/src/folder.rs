@@ -48,7 +48,8 @@ fn with_masks(
         .collect();
     let listed = declared.views.len();
     let (mut views, mut warnings) = (Vec::new(), declared.warnings);
-    let listed = listed + warnings.len();
+    let is_unused = |w: &&CaptureWarning| matches!(w, CaptureWarning::Unused { .. });
+    let listed = listed + warnings.iter().filter(is_unused).count();
     for (view, mask) in declared.views.into_iter().zip(found) {
         let Some(CameraMask {
             mask,
@@ -81,6 +82,7 @@ fn with_masks(
             mask,
             photo,
             lens: None,
+            taken: None,
             known: None,
         };
         views.push(without_lens(as_taken, &view.distortion)?);

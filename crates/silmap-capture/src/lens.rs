@@ -30,6 +30,12 @@ const NEWTON_STEPS: u32 = 30;
 /// How exact an inverse is, in focal lengths: a ten-millionth of a pixel.
 const EXACT: f64 = 1e-11;
 
+/// Places along each side of the photograph where its stretch is looked at.
+const STRETCHED: u32 = 17;
+
+/// Room for places and directions in between.
+const STRETCH_ROOM: f64 = 1.2;
+
 /// How a direction falls on the sensor before the polynomial.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Projection {
@@ -219,6 +225,8 @@ pub struct Lens {
     pub height: u32,
     /// The domain's radius before the polynomial.
     limit: f64,
+    /// How far apart two places of the photograph are at most, over how far they are without the lens.
+    stretch: f64,
 }
 
 impl Lens {
@@ -237,7 +245,7 @@ impl Lens {
         if !(distortion.is_finite() && is_in_range) {
             return None;
         }
-        Some(Self {
+        let lens = Self {
             distortion,
             focal,
             skew,
@@ -245,7 +253,42 @@ impl Lens {
             width,
             height,
             limit: limit_of(&distortion),
-        })
+            stretch: 1.0,
+        };
+        let stretch = lens.steepest();
+        Some(Self { stretch, ..lens })
+    }
+
+    /// How far apart two places of the photograph are at most, over how far they are in the image of a pinhole camera with the same
+    /// focal lengths.
+    pub(crate) fn stretch(&self) -> f64 {
+        self.stretch
+    }
+
+    /// The largest stretch at places all over the photograph, and some more for those between.
+    fn steepest(&self) -> f64 {
+        let size = DVec2::new(self.width.into(), self.height.into());
+        let linear =
+            |t: DVec2| DVec2::new(self.focal.x * t.x + self.skew * t.y, self.focal.y * t.y);
+        let mut most = 0.0_f64;
+        for k in 0..STRETCHED * STRETCHED {
+            let (i, j) = (k % STRETCHED, k / STRETCHED);
+            let share = DVec2::new(i.into(), j.into()) / f64::from(STRETCHED - 1);
+            let Some(tangent) = self.tangent_from_photo(share * size) else {
+                continue;
+            };
+            let here = self.photo_from_tangent(tangent);
+            // A pixel aside, in eight directions: the largest is at most 8 % more.
+            for turn in 0..8 {
+                let along = DVec2::from_angle(f64::from(turn) * std::f64::consts::FRAC_PI_4);
+                let beside = tangent + along / self.focal.abs().max_element();
+                let there = self.photo_from_tangent(beside);
+                if let (Some(a), Some(b)) = (here, there) {
+                    most = most.max(a.distance(b) / linear(beside - tangent).length());
+                }
+            }
+        }
+        if most > 0.0 { STRETCH_ROOM * most } else { 1.0 }
     }
 
     /// Where the direction (x, y, 1) falls on the sensor, in focal lengths from the principal point; `None` outside of the domain.

@@ -307,6 +307,7 @@ mod tests {
                 mask,
                 photo: None,
                 lens: None,
+                taken: None,
                 known: None,
             }
         });

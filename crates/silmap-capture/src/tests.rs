@@ -49,6 +49,7 @@ pub(crate) fn capture(count: usize) -> Capture {
             mask,
             photo: None,
             lens: None,
+            taken: None,
             known: None,
         }
     });

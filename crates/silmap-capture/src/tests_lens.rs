@@ -159,6 +159,7 @@ fn lenses_of_transforms_are_taken_out() {
         for (view, camera) in left_in.views.iter_mut().zip(cameras(VIEWS)) {
             view.mask = photographed(&camera, distortion);
             (view.camera, view.known) = (camera, None);
+            (view.lens, view.taken) = (None, None);
         }
         let spoiled = carved(&left_in, Some(0)).map(|hull| hull.mesh.mesh().volume());
         let ratio = spoiled.map_or(0.0, |volume| volume / plain.mesh.mesh().volume());

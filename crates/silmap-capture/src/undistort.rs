@@ -1,7 +1,7 @@
 //! Views without their lens: what a pinhole camera of the same place would have seen.
 //!
 //! Outlines are taken out of the photograph point by point, the mask is what they enclose, and the photograph is sampled where it is
-//! asked for. The pinhole camera has the photograph's focal lengths; its image is the box around what the photograph shows, and not
+//! asked for. Carving looks into the photograph's own mask, so that nothing is sampled twice. The pinhole camera has the photograph's focal lengths; its image is the box around what the photograph shows, and not
 //! much larger than the photograph, so that the far corners of a fisheye lens are given up. What the photograph does not show of that
 //! box is unknown.
 
@@ -69,8 +69,12 @@ pub(crate) fn without_lens(
         .map(|points| points.into_iter().map(|p| p - low).collect())
         .collect();
     let known = known(&lens, &pinhole);
+    let smooth = smooth(&view.outline).map(|points| straightened(&points, &lens, camera));
+    let smooth: Vec<Loop> = smooth
+        .map(|l| l.into_iter().map(|p| p - low).collect())
+        .collect();
     let mut mask = Mask::new(size.0, size.1);
-    fill_even_odd(&outline, &mut mask);
+    fill_even_odd(&smooth, &mut mask);
     if let Some(known) = &known {
         mask.intersect(known);
     }
@@ -81,6 +85,7 @@ pub(crate) fn without_lens(
     }
     Ok(CaptureView {
         camera: pinhole,
+        taken: Some(view.mask),
         mask,
         outline,
         lens: Some(lens),
@@ -196,6 +201,23 @@ pub(crate) fn sample(picture: &RgbaImage, place: DVec2) -> [u8; 4] {
     })
 }
 
+/// Loops without the steps of pixels: those that run along pixel borders become polygons of the borders' middles. Others are as they are.
+fn smooth(outline: &[Loop]) -> impl Iterator<Item = Loop> + '_ {
+    let is_of_pixels = |points: &Loop| points.iter().all(|p| *p == p.round());
+    outline.iter().map(move |points| {
+        if !is_of_pixels(points) {
+            return points.clone();
+        }
+        let next = points.iter().cycle().skip(1);
+        let edges = points.iter().zip(next);
+        let middles = edges.flat_map(|(&from, &to)| {
+            let count = from.distance(to).round() as u32;
+            (0..count).map(move |k| from.lerp(to, (f64::from(k) + 0.5) / f64::from(count)))
+        });
+        middles.collect()
+    })
+}
+
 /// A loop of the photograph in the image that a pinhole camera with the photograph's focal lengths and principal point would have.
 fn straightened(points: &[DVec2], lens: &Lens, camera: &Pinhole) -> Loop {
     let mut found = Loop::new();
@@ -249,6 +271,7 @@ fn box_of(lens: &Lens, camera: &Pinhole, outline: &[Loop]) -> Option<(DVec2, (u3
             }
         }
     }
+    let whole = (low, high);
     let limits = |share: f64| (-share * size, (1.0 + share) * size);
     let (least, most) = limits(MOST_BEYOND);
     (low, high) = (low.max(least), high.min(most));
@@ -258,8 +281,8 @@ fn box_of(lens: &Lens, camera: &Pinhole, outline: &[Loop]) -> Option<(DVec2, (u3
     }
     if of_object.0.cmple(of_object.1).all() {
         let (least, most) = limits(MOST_BEYOND_FOR_OBJECT);
-        low = low.min((of_object.0 - MARGIN_PX).max(least));
-        high = high.max((of_object.1 + MARGIN_PX).min(most));
+        low = low.min((of_object.0 - MARGIN_PX).max(least)).max(whole.0);
+        high = high.max((of_object.1 + MARGIN_PX).min(most)).min(whole.1);
     }
     // To whole pixels: a lens that moves nothing by half a pixel changes no size.
     let (low, high) = (low.round(), high.round());

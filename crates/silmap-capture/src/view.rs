@@ -75,6 +75,8 @@ pub struct CaptureView {
     pub photo: Option<PathBuf>,
     /// The photograph's lens, where it has distortion.
     pub lens: Option<Lens>,
+    /// The mask of the photograph as it was taken, where a lens was taken out.
+    pub taken: Option<Mask>,
     /// Pixels of the camera's image that the photograph shows; the others are unknown. `None`: all.
     pub known: Option<Mask>,
 }

@@ -6,9 +6,9 @@ use std::time::Instant;
 use anyhow::Context;
 use serde::Serialize;
 use silmap_capture::{
-    Capture, CaptureView, CaptureWarning, CarveParams, Carved, ImageShift, MaskOptions, Misread,
-    Painted, ShiftKind, carve, disagreeing, image_shift, median, misread, paint, read_with,
-    seen_outlines,
+    Capture, CaptureView, CaptureWarning, CarveParams, Carved, ImageShift, MaskOptions, Matrix34,
+    Misread, Painted, ShiftKind, carve, disagreeing, image_shift, median, misread, paint,
+    read_with, seen_outlines,
 };
 use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
@@ -42,6 +42,10 @@ pub(crate) struct CarvedCapture {
 #[derive(Debug, Serialize)]
 pub(crate) struct MaskJson {
     name: String,
+    /// Its camera without the lens: 3×4, to pixels from the image's top-left corner.
+    camera: Matrix34,
+    /// Columns and rows of that image.
+    size: [u32; 2],
     /// Intersection over union; null where the hull reaches behind the camera.
     overlap: Option<f64>,
     /// Pixels of the hull beside the mask, over those of the mask.
@@ -229,6 +233,8 @@ impl CarvedCapture {
         pairs
             .map(|(view, residual)| MaskJson {
                 name: view.name.clone(),
+                camera: view.camera.to_matrix(),
+                size: [view.camera.width, view.camera.height],
                 overlap: residual.map(|r| r.overlap),
                 outvoted: residual.map(|r| r.outvoted),
                 missing: residual.map(|r| r.missing),
