@@ -475,7 +475,9 @@ fn the_surface_has_the_colours_of_the_photographs() {
     let mesh = carved(&made, None).unwrap().mesh;
     let mut warnings = Vec::new();
     let watch = Watch::silent();
-    let (painted, found) = crate::paint(mesh, &made, &mut warnings, &watch).unwrap();
+    let how = (mesh.origin(), 512);
+    let photographs = crate::photographs(&made, how, &mut warnings, &watch).unwrap();
+    let (painted, found) = crate::paint(mesh, &photographs, &watch).unwrap();
     assert_eq!((found.photographs, warnings.len()), (11, 1));
     assert!(found.seen > 0.8, "{}", found.seen);
     let expected =
@@ -493,4 +495,66 @@ fn the_surface_has_the_colours_of_the_photographs() {
         "{right} of {}",
         mesh.faces.len()
     );
+}
+
+/// Photographs of a torus with a pattern, each exposed by factors of its own.
+fn photographed(folder: &Path, exposures: &[[f32; 3]]) -> Capture {
+    let mut made = capture(exposures.len());
+    let tree = Bvh::new(&model());
+    for (view, exposure) in made.views.iter_mut().zip(exposures) {
+        let path = folder.join(format!("{}.png", view.name));
+        let picture = RgbImage::from_fn(SIZE.0, SIZE.1, |x, y| {
+            let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let (eye, ray) = (view.camera.eye, view.camera.direction(at));
+            let hit = tree.first_hit(eye, ray, 0.0, f64::INFINITY);
+            let point = hit.map_or(DVec3::splat(1e3), |h| eye + ray * h.t);
+            let wave = (3.0 * point)
+                .to_array()
+                .map(|v| 0.25 + 0.08 * v.sin() as f32);
+            let value = |c: usize| {
+                let linear = if hit.is_some() {
+                    wave[c] * exposure[c]
+                } else {
+                    0.0
+                };
+                (255.0 * silmap_geometry::lighting::srgb_from_linear(linear)).round() as u8
+            };
+            Rgb([value(0), value(1), value(2)])
+        });
+        picture.save(&path).unwrap();
+        view.photo = Some(path);
+    }
+    made
+}
+
+#[test]
+fn made_exposures_are_evened_out_and_even_ones_left() {
+    let made = |k: usize, c: usize| 1.0 + 0.4 * (1.7 * k as f32 + 2.0 * c as f32).sin();
+    for is_even in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let exposures: Vec<[f32; 3]> = (0..16)
+            .map(|k| std::array::from_fn(|c| if is_even { 1.0 } else { made(k, c) }))
+            .collect();
+        let capture = photographed(folder.path(), &exposures);
+        let surface = carved(&capture, None).unwrap().mesh;
+        let (mut warnings, watch) = (Vec::new(), Watch::silent());
+        let how = (surface.origin(), 512);
+        let mut photographs = crate::photographs(&capture, how, &mut warnings, &watch).unwrap();
+        let about = (&surface, &capture);
+        let range = crate::even_out(&mut photographs, about, &mut warnings, &watch).unwrap();
+        let mean: [f32; 3] = std::array::from_fn(|c| {
+            exposures.iter().map(|e| e[c].ln()).sum::<f32>() / exposures.len() as f32
+        });
+        for (found, exposure) in photographs.iter().zip(&exposures) {
+            for c in 0..3 {
+                let off = found.photograph.gain[c].ln() + exposure[c].ln() - mean[c];
+                assert!(off.abs() < 0.03, "view {} channel {c}: {off}", found.view);
+            }
+        }
+        let is_warned = warnings
+            .iter()
+            .any(|w| matches!(w, CaptureWarning::Exposure { .. }));
+        assert_eq!(is_warned, !is_even, "{warnings:?}");
+        assert_eq!(range.largest > 1.3, !is_even, "{range:?}");
+    }
 }

@@ -225,7 +225,9 @@ fn photographs_are_sampled_where_the_lens_shows_them() {
     }
     assert!(compared > 500, "{compared}");
     let hull = carved(&found, Some(0)).unwrap();
-    let (_, painted) = paint(hull.mesh, &found, &mut Vec::new(), &Watch::silent()).unwrap();
+    let (how, watch) = ((hull.mesh.origin(), 512), Watch::silent());
+    let photographs = crate::photographs(&found, how, &mut Vec::new(), &watch).unwrap();
+    let (_, painted) = paint(hull.mesh, &photographs, &watch).unwrap();
     assert!(painted.photographs == VIEWS && painted.seen > 0.7);
 }
 

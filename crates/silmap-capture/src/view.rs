@@ -149,6 +149,13 @@ pub enum CaptureWarning {
         /// Why its photograph is not used.
         reason: String,
     },
+    /// A photograph much darker or brighter than the rest, or of another tint.
+    Exposure {
+        /// The view's name.
+        view: String,
+        /// Factors on linear red, green and blue that even it out.
+        gain: [f64; 3],
+    },
     /// Masks that disagree with the rest.
     Disagrees {
         /// The view's name.
@@ -194,6 +201,13 @@ impl std::fmt::Display for CaptureWarning {
             Self::Photo { view, reason } => {
                 write!(f, "view {view}: its photograph is not used: {reason}")
             }
+            Self::Exposure {
+                view,
+                gain: [r, g, b],
+            } => write!(
+                f,
+                "view {view} is exposed unlike the rest: its red, green and blue are evened out by {r:.2}, {g:.2} and {b:.2}"
+            ),
             Self::Disagrees {
                 view,
                 overlap,

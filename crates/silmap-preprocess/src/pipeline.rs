@@ -10,8 +10,8 @@ use glam::Vec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
-    Camera, CameraError, ClosedMesh, CoverageRule, HiddenParts, Loop, Mask, TriangleMesh,
-    without_hidden_parts,
+    Camera, CameraError, ClosedMesh, CoverageRule, HiddenParts, Loop, Mask, Photograph,
+    TriangleMesh, without_hidden_parts,
 };
 use silmap_map::{
     Asset, AssetError, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet,
@@ -119,6 +119,8 @@ pub enum BuildError {
 pub struct Photographed {
     /// Its silhouettes as photographs show them; they become views of the map.
     pub silhouettes: Vec<SeenSilhouette>,
+    /// The photographs themselves, their cameras in the model's coordinates; its textures are made of them.
+    pub photographs: Vec<Photograph>,
 }
 
 /// Makes the asset of a model, rounded as its file will be.
@@ -185,7 +187,13 @@ pub fn build_photographed(
         })
     })?;
     let textures = timed(&mut seconds.textures, || {
-        texture::bake(model, &tree, &hull, &params.textures, watch)
+        texture::bake_photographed(
+            (model, &tree),
+            &hull,
+            &seen.photographs,
+            &params.textures,
+            watch,
+        )
     })?;
 
     let hull_check = timed(&mut seconds.hull, || check_hull(model, &hull, params));

@@ -9,6 +9,7 @@ mod exit;
 mod files;
 mod interrupt;
 mod machine;
+mod made_capture;
 mod names;
 mod numbers;
 mod output;

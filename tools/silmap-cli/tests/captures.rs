@@ -19,13 +19,8 @@ use silmap_capture::{Pinhole, silhouette};
 const SIZE: (u32, u32) = (160, 140);
 const VIEWS: usize = 14;
 
-/// Writes a capture of a torus: masks as by its cameras, photographs of one colour, both camera files.
-fn write_capture(folder: &Path) {
-    let model = silmap_models::torus(1200);
-    fs::create_dir_all(folder.join("masks")).unwrap();
-    fs::create_dir_all(folder.join("photos")).unwrap();
-    let (mut views, mut frames) = (Vec::new(), Vec::new());
-    for k in 0..VIEWS {
+fn cameras() -> Vec<Pinhole> {
+    let camera = |k: usize| {
         let (turn, height) = (2.4 * k as f64, -0.8 + 1.6 * (k as f64 + 0.5) / VIEWS as f64);
         let ring = (1.0_f64 - height * height).sqrt();
         let eye = 6.0 * DVec3::new(ring * turn.cos(), ring * turn.sin(), height);
@@ -33,7 +28,19 @@ fn write_capture(folder: &Path) {
         let right = forward.cross(DVec3::Z).normalize_or_zero();
         let axes = [right, forward.cross(right), forward];
         let lens = (DVec2::new(240.0, 236.0), DVec2::new(76.0, 73.5));
-        let camera = Pinhole::from_pose(eye, axes, lens, SIZE).unwrap();
+        Pinhole::from_pose(eye, axes, lens, SIZE).unwrap()
+    };
+    (0..VIEWS).map(camera).collect()
+}
+
+/// Writes a capture of a torus: masks as by its cameras, photographs of one colour, both camera files.
+fn write_capture(folder: &Path) {
+    let model = silmap_models::torus(1200);
+    fs::create_dir_all(folder.join("masks")).unwrap();
+    fs::create_dir_all(folder.join("photos")).unwrap();
+    let (mut views, mut frames) = (Vec::new(), Vec::new());
+    for (k, camera) in cameras().into_iter().enumerate() {
+        let (axes, eye) = (camera.axes, camera.eye);
         let mask = silhouette(&model, &camera).unwrap();
         let value = |x: u32, y: u32| Luma([255 * u8::from(mask.get(x.into(), y.into()))]);
         GrayImage::from_fn(SIZE.0, SIZE.1, value)
@@ -158,6 +165,55 @@ fn a_capture_is_checked_and_built() {
     let svg = fs::read_to_string(drawing).unwrap();
     assert_eq!(svg.matches("r=\"3.4\"").count() as u64, seen);
     assert!(told["painted"].as_f64().unwrap() > 0.7, "{told}");
+    // Photographs of one colour agree.
+    let gain = |key: &str| told["gains"][key].as_f64().unwrap();
+    assert!(gain("smallest") > 0.99 && gain("largest") < 1.01, "{told}");
+    // The texture views stand at the photographs' eyes and hold their colour alone.
+    let asset = silmap_map::asset::read(&first).unwrap();
+    let origin = asset.placement.in_scene;
+    let eyes: Vec<DVec3> = cameras().into_iter().map(|camera| camera.eye).collect();
+    let mut photographed = 0;
+    for view in &asset.textures.views {
+        let is_taken = |eye: &DVec3| eye.distance(view.camera.eye + origin) < 1e-3;
+        if !eyes.iter().any(is_taken) {
+            continue;
+        }
+        photographed += 1;
+        let picture = image::load_from_memory(&view.image.bytes).unwrap();
+        for pixel in picture.into_rgb8().pixels() {
+            let off = (0..3).map(|c| pixel.0[c].abs_diff([180, 90, 40][c]));
+            assert!(off.max().unwrap() < 8, "{pixel:?}");
+        }
+    }
+    assert!(photographed > 0, "{} views", asset.textures.views.len());
+}
+
+#[test]
+fn an_exposure_unlike_the_rest_is_named_and_evened_out() {
+    let folder = scratch("capture-exposed");
+    write_capture(&folder);
+    // Half of the light.
+    RgbImage::from_pixel(SIZE.0, SIZE.1, image::Rgb([131, 64, 28]))
+        .save(folder.join("photos/6.png"))
+        .unwrap();
+    let out = folder.join("exposed.glb");
+    let mut words = vec!["build", path(&folder), "-o", path(&out), "--json"];
+    words.extend(["--voxels", "48"]);
+    words.extend(SMALL_BUILD);
+    let told = run_json(&words);
+    let gain = |view: usize| told["masks"][view]["gain"][1].as_f64().unwrap();
+    assert!((gain(6) / gain(5) - 2.0).abs() < 0.1, "{told}");
+    let warned = told["warnings"].to_string();
+    assert!(
+        warned.contains("view 6 is exposed unlike the rest"),
+        "{warned}"
+    );
+    words.push("--no-photographs");
+    let told = run_json(&words);
+    assert_eq!(
+        (&told["gains"], &told["photographs"]),
+        (&Value::Null, &json!(0))
+    );
 }
 
 #[test]

@@ -3,13 +3,15 @@
 //! Source: Silhouette Mapping (TR-1-99), section 8.2, for the pictures and visibility bits; Silhouette Clipping (SIGGRAPH
 //! 2000), section 4, for the atlas.
 //! Deviations: views are chosen automatically ([`views`]), and a view that shows something else than the face's own surface
-//! does not count as seeing it ([`visibility`]).
+//! does not count as seeing it ([`visibility`]). Where there are photographs of the original, views are photographs
+//! ([`photographed`]), completed by pictures of the original where they see nothing.
 
 mod atlas;
 mod encode;
 mod item_buffer;
 mod parametrisation;
 mod params;
+mod photographed;
 mod picture;
 mod surface;
 mod tiles;
@@ -21,7 +23,7 @@ use std::ops::RangeInclusive;
 use glam::DVec2;
 use image::ImageError;
 use rayon::prelude::*;
-use silmap_geometry::{Bvh, Camera, CameraError, ClosedMesh};
+use silmap_geometry::{Bvh, Camera, CameraError, ClosedMesh, Photograph};
 use silmap_map::{Atlas, CoarseHull, TextureSet, TextureView};
 use thiserror::Error;
 
@@ -32,6 +34,7 @@ use encode::{RawPicture, RawSet};
 use item_buffer::ItemBuffer;
 pub use parametrisation::{Shooter, Source};
 pub use params::{Parametrisation, PictureFormat, TextureParams, TileSizes};
+use photographed::Looks;
 use picture::Picture;
 use silmap_geometry::raster::ImageTriangle;
 use silmap_geometry::watch::{Interrupted, Watch};
@@ -102,6 +105,21 @@ pub fn bake(
     params: &TextureParams,
     watch: &Watch<'_>,
 ) -> Result<TextureSet, TextureError> {
+    bake_photographed((original, bvh), hull, &[], params, watch)
+}
+
+/// The same out of photographs of the original: texture views are chosen among them, and the atlas has their colours. Where none shows
+/// the original, it is as it is without them.
+///
+/// # Errors
+/// As [`bake`].
+pub fn bake_photographed(
+    (original, bvh): (&ClosedMesh, &Bvh),
+    hull: &CoarseHull,
+    photographs: &[Photograph],
+    params: &TextureParams,
+    watch: &Watch<'_>,
+) -> Result<TextureSet, TextureError> {
     params.validate()?;
     let vertex_count = hull.positions.len();
     let mut corners = hull.faces.iter().flatten();
@@ -115,11 +133,23 @@ pub fn bake(
         params.candidates
     };
     let layout = TileLayout::new(&hull_faces.areas, params.atlas_px, params.tiles);
-    let total = u64::from(candidates + params.views) + u64::from(layout.side());
+    // Each photograph is drawn for once as a view and once for single points.
+    let looked_at = candidates + params.views + 2 * photographs.len() as u32;
+    let total = u64::from(looked_at) + u64::from(layout.side());
     watch.start(progress::TEXTURES, total);
 
-    let surface = Surface::new(original.mesh());
-    let chosen = choose(original, &hull_faces, candidates, params, watch)?;
+    let mut surface = Surface::new(original.mesh());
+    if !photographs.is_empty() {
+        let fit = |camera: &Camera| fit_to_hull(camera, &hull_faces);
+        surface = surface.photographed(Looks::new(original, photographs, fit, watch)?);
+    }
+    let chooser = Chooser {
+        original,
+        hull: &hull_faces,
+        params,
+        watch,
+    };
+    let chosen = chooser.choose(candidates, photographs)?;
     let model = (&surface, bvh, original.bounds().radius);
     let mut textures = paint(model, hull, (&hull_faces, &chosen), params, (1.0, watch))?;
     if let Some(budget) = params.budget_bytes {
@@ -150,7 +180,7 @@ pub fn picture_bytes(textures: &TextureSet) -> u64 {
 fn paint(
     (surface, bvh, radius): (&Surface<'_>, &Bvh, f64),
     hull: &CoarseHull,
-    (hull_faces, chosen): (&HullFaces, &[Chosen]),
+    (hull_faces, chosen): (&HullFaces, &[Chosen<'_>]),
     params: &TextureParams,
     (scale, watch): (f64, &Watch<'_>),
 ) -> Result<TextureSet, TextureError> {
@@ -163,7 +193,7 @@ fn paint(
     let shooter = Shooter::new(hull, (bvh, radius), params.parametrisation);
     let baker = AtlasBaker::new(&layout, hull, shooter, surface, params.normals);
     let raw = RawSet {
-        views: take_pictures(surface, &cameras, watch)?,
+        views: take_pictures(surface, chosen, &cameras, watch)?,
         ..raw_atlas(&baker, watch)?
     };
     let encoded = match params.budget_bytes {
@@ -179,7 +209,7 @@ fn paint(
     Ok(TextureSet {
         visible_views: (0..hull.faces.len())
             .map(|face| {
-                let bit = |(v, view): (usize, &Chosen)| u64::from(view.paintable[face]) << v;
+                let bit = |(v, view): (usize, &Chosen<'_>)| u64::from(view.paintable[face]) << v;
                 chosen.iter().enumerate().map(bit).sum()
             })
             .collect(),
@@ -198,8 +228,10 @@ fn paint(
 }
 
 /// A view that was chosen.
-struct Chosen {
+struct Chosen<'a> {
     camera: Camera,
+    /// What it shows, if that is not the original itself.
+    photograph: Option<&'a Photograph>,
     /// Per hull face: whether the view may paint it.
     paintable: Vec<bool>,
 }
@@ -233,54 +265,148 @@ fn fit_to_hull(camera: &Camera, hull: &HullFaces) -> Camera {
 /// Views are chosen by pictures this many times smaller than their own.
 const CHOICE_SIZE_DIVISOR: u32 = 2;
 
-fn choose(
-    original: &ClosedMesh,
-    hull: &HullFaces,
-    candidates: u32,
-    params: &TextureParams,
-    watch: &Watch<'_>,
-) -> Result<Vec<Chosen>, TextureError> {
-    let bounds = original.bounds();
-    let distance = params.distance_rel * bounds.radius;
-    let look = |camera: Camera| -> Result<Chosen, Interrupted> {
-        watch.check()?;
-        let buffer = ItemBuffer::draw_mesh(&camera, original.mesh());
-        let paintable = visibility::paintable_faces(hull, &buffer, &camera, bounds.radius);
-        Ok(Chosen { camera, paintable })
-    };
-    // A quick look is enough to choose by; what a view may paint is then found at its own size.
-    let quick_px = (params.size_px / CHOICE_SIZE_DIVISOR).max(LEAST_SIDE_PX);
-    let cameras: Vec<Camera> = capture::view_sphere(bounds, distance, candidates, params.size_px)?
-        .iter()
-        .map(|camera| fit_to_hull(camera, hull))
-        .collect();
-    let cosines = cameras
-        .par_iter()
-        .map(|camera| {
-            let seen = look(camera.resized((quick_px, quick_px)))?;
-            watch.advance(progress::TEXTURES, 1);
-            Ok(views::face_cosines(hull, &seen.paintable, camera.eye))
-        })
-        .collect::<Result<Vec<_>, Interrupted>>()?;
-    watch.check()?;
-    let chosen = views::choose_views(&hull.areas, &cosines, params.views as usize);
-    let whole = chosen.into_par_iter().map(|v| look(cameras[v]));
-    Ok(whole.collect::<Result<_, Interrupted>>()?)
+/// Faces that no photograph may paint and that together are less than this share of the area are left to the atlas.
+const LEAST_UNSEEN: f64 = 0.01;
+
+/// At most this share of the views are pictures of the original where there are photographs.
+const MOST_COMPLETING: f64 = 1.0 / 3.0;
+
+/// What views are chosen by.
+struct Chooser<'a> {
+    original: &'a ClosedMesh,
+    hull: &'a HullFaces,
+    params: &'a TextureParams,
+    watch: &'a Watch<'a>,
 }
+
+impl<'a> Chooser<'a> {
+    /// Photographs first; where there are none, or they leave faces out, pictures of the original.
+    fn choose(
+        &self,
+        candidates: u32,
+        photographs: &'a [Photograph],
+    ) -> Result<Vec<Chosen<'a>>, TextureError> {
+        let most = self.params.views as usize;
+        let center = self.original.bounds().center;
+        let of_photograph = |photograph: &'a Photograph| {
+            let camera = photographed::camera_at(photograph, center, self.params.size_px)?;
+            let camera = fit_to_hull(&camera, self.hull);
+            photographed::is_in_front(&camera, self.hull).then_some((camera, Some(photograph)))
+        };
+        let taken: Vec<Candidate<'a>> = photographs.iter().filter_map(of_photograph).collect();
+        let cosines = self.cosines(&taken)?;
+        let unseen: Vec<bool> = (0..self.hull.len())
+            .map(|face| cosines.iter().all(|c| c[face] <= 0.0))
+            .collect();
+        let areas = || (0..self.hull.len()).map(|f| (f, self.hull.areas[f]));
+        let whole: f64 = areas().map(|(_, area)| area).sum();
+        let left: f64 = areas()
+            .filter(|&(f, _)| unseen[f])
+            .map(|(_, area)| area)
+            .sum();
+        let share = left / whole.max(f64::MIN_POSITIVE);
+        let completing = match (taken.is_empty(), share < LEAST_UNSEEN) {
+            (true, _) => most,
+            (false, true) => 0,
+            (false, false) => (most as f64 * share.min(MOST_COMPLETING)).ceil() as usize,
+        };
+        let picked = views::choose_views(&self.hull.areas, &cosines, most - completing.min(most));
+        let mut chosen = self.look_closely(picked.into_iter().map(|v| taken[v]).collect())?;
+        if completing > 0 {
+            chosen.extend(self.complete(candidates, completing, &unseen)?);
+        }
+        Ok(chosen)
+    }
+
+    /// Pictures of the original for the faces that are left.
+    fn complete(
+        &self,
+        candidates: u32,
+        count: usize,
+        left: &[bool],
+    ) -> Result<Vec<Chosen<'a>>, TextureError> {
+        let bounds = self.original.bounds();
+        let distance = self.params.distance_rel * bounds.radius;
+        let side_px = self.params.size_px;
+        let cameras: Vec<Candidate<'a>> =
+            capture::view_sphere(bounds, distance, candidates, side_px)?
+                .iter()
+                .map(|camera| (fit_to_hull(camera, self.hull), None))
+                .collect();
+        let mut cosines = self.cosines(&cameras)?;
+        for of_view in &mut cosines {
+            for (cosine, &is_left) in of_view.iter_mut().zip(left) {
+                *cosine *= f64::from(u8::from(is_left));
+            }
+        }
+        let picked = views::choose_views(&self.hull.areas, &cosines, count);
+        let mut chosen = self.look_closely(picked.into_iter().map(|v| cameras[v]).collect())?;
+        for view in &mut chosen {
+            for (may, &is_left) in view.paintable.iter_mut().zip(left) {
+                *may &= is_left;
+            }
+        }
+        Ok(chosen)
+    }
+
+    /// At what cosines candidates see the faces, by a quick look: enough to choose by.
+    fn cosines(&self, candidates: &[Candidate<'a>]) -> Result<Vec<Vec<f64>>, Interrupted> {
+        let quick_px = (self.params.size_px / CHOICE_SIZE_DIVISOR).max(LEAST_SIDE_PX);
+        let cosines = candidates
+            .par_iter()
+            .map(|&(camera, photograph)| {
+                let seen = self.look((camera.resized((quick_px, quick_px)), photograph))?;
+                self.watch.advance(progress::TEXTURES, 1);
+                Ok(views::face_cosines(self.hull, &seen.paintable, camera.eye))
+            })
+            .collect::<Result<Vec<_>, Interrupted>>()?;
+        self.watch.check()?;
+        Ok(cosines)
+    }
+
+    /// What views may paint, found at their own size.
+    fn look_closely(&self, views: Vec<Candidate<'a>>) -> Result<Vec<Chosen<'a>>, Interrupted> {
+        let whole = views.into_par_iter().map(|view| self.look(view));
+        whole.collect()
+    }
+
+    fn look(&self, (camera, photograph): Candidate<'a>) -> Result<Chosen<'a>, Interrupted> {
+        self.watch.check()?;
+        let buffer = ItemBuffer::draw_mesh(&camera, self.original.mesh());
+        let radius = self.original.bounds().radius;
+        let mut paintable = visibility::paintable_faces(self.hull, &buffer, &camera, radius);
+        if let Some(photograph) = photograph {
+            for (may, &points) in paintable.iter_mut().zip(&self.hull.surface_corners) {
+                *may = *may && photographed::shows_face(photograph, points);
+            }
+        }
+        Ok(Chosen {
+            camera,
+            photograph,
+            paintable,
+        })
+    }
+}
+
+/// A camera, and the photograph that was taken at its eye.
+type Candidate<'a> = (Camera, Option<&'a Photograph>);
 
 /// Samples along each axis of a pixel of a texture view.
 const PIXEL_SAMPLES: usize = 2;
 
 fn take_pictures(
     surface: &Surface<'_>,
+    chosen: &[Chosen<'_>],
     cameras: &[Camera],
     watch: &Watch<'_>,
 ) -> Result<Vec<RawPicture>, Interrupted> {
-    cameras
-        .par_iter()
-        .map(|camera| {
+    (chosen.par_iter().zip(cameras))
+        .map(|(view, camera)| {
             watch.check()?;
-            let mut picture = take_picture(surface, camera);
+            let mut picture = match view.photograph {
+                Some(photograph) => photographed::resampled(photograph, camera),
+                None => take_picture(surface, camera),
+            };
             picture.fill();
             watch.advance(progress::TEXTURES, 1);
             Ok(RawPicture::of_colours(&picture))
@@ -321,5 +447,7 @@ fn take_picture(surface: &Surface<'_>, camera: &Camera) -> Picture {
     picture
 }
 
+#[cfg(test)]
+mod photographed_tests;
 #[cfg(test)]
 mod tests;

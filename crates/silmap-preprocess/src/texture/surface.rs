@@ -3,11 +3,15 @@
 use glam::DVec3;
 use silmap_geometry::{TriangleMesh, lighting};
 
-/// A mesh with its smooth normals.
+use super::parametrisation::blend;
+use super::photographed::Looks;
+
+/// A mesh with its smooth normals, and the photographs that were taken of it.
 #[derive(Debug)]
 pub(super) struct Surface<'a> {
     pub(super) mesh: &'a TriangleMesh,
     normals: Vec<DVec3>,
+    looks: Option<Looks<'a>>,
 }
 
 impl<'a> Surface<'a> {
@@ -15,6 +19,15 @@ impl<'a> Surface<'a> {
         Self {
             mesh,
             normals: mesh.vertex_normals(),
+            looks: None,
+        }
+    }
+
+    /// The same with photographs.
+    pub(super) fn photographed(self, looks: Looks<'a>) -> Self {
+        Self {
+            looks: Some(looks),
+            ..self
         }
     }
 
@@ -30,10 +43,14 @@ impl<'a> Surface<'a> {
             .unwrap_or_default()
     }
 
-    /// Linear RGB of the surface there under the studio light.
+    /// Linear RGB of the surface there under the studio light, or as photographs show it, which have their own.
     pub(super) fn lit_colour(&self, face: usize, weights: [f64; 3], normal: DVec3) -> [f32; 3] {
         let light = lighting::irradiance(normal.as_vec3().to_array());
         let albedo = self.mesh.appearance.albedo(face, weights.map(|w| w as f32));
-        albedo.map(|c| c * light)
+        let lit = albedo.map(|c| c * light);
+        match &self.looks {
+            None => lit,
+            Some(looks) => looks.colour(blend(&self.mesh.corners(face), weights), normal, lit),
+        }
     }
 }

@@ -13,7 +13,7 @@ use silmap_geometry::StageEvent;
 use silmap_models as models;
 
 /// Linear colours of the cube's sides −X, +X, −Y, +Y, −Z, +Z: no two alike.
-const SIDE_COLOURS: [[f32; 3]; 6] = [
+pub(super) const SIDE_COLOURS: [[f32; 3]; 6] = [
     [0.8, 0.1, 0.1],
     [0.1, 0.8, 0.1],
     [0.1, 0.1, 0.8],
@@ -43,7 +43,7 @@ fn cube() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (positions, faces)
 }
 
-fn coloured_cube() -> (ClosedMesh, Bvh) {
+pub(super) fn coloured_cube() -> (ClosedMesh, Bvh) {
     let (positions, faces) = cube();
     let mesh = TriangleMesh {
         positions,
@@ -59,7 +59,7 @@ fn coloured_cube() -> (ClosedMesh, Bvh) {
 }
 
 /// The cube a tenth larger; P(v) are the corners of the cube itself.
-fn cube_hull() -> CoarseHull {
+pub(super) fn cube_hull() -> CoarseHull {
     let (positions, faces) = cube();
     CoarseHull {
         positions: positions
@@ -72,7 +72,7 @@ fn cube_hull() -> CoarseHull {
     }
 }
 
-fn small_params() -> TextureParams {
+pub(super) fn small_params() -> TextureParams {
     TextureParams {
         views: 6,
         size_px: 96,
@@ -87,12 +87,12 @@ fn bake_cube(params: &TextureParams) -> TextureSet {
     bake(&mesh, &bvh, &cube_hull(), params, &Watch::silent()).unwrap()
 }
 
-fn decode(image: &silmap_map::EncodedImage) -> RgbImage {
+pub(super) fn decode(image: &silmap_map::EncodedImage) -> RgbImage {
     image::load_from_memory(&image.bytes).unwrap().to_rgb8()
 }
 
 /// Whether a pixel is `colour` under some brightness of light.
-fn has_hue(picture: &RgbImage, at: DVec2, colour: [f32; 3]) -> bool {
+pub(super) fn has_hue(picture: &RgbImage, at: DVec2, colour: [f32; 3]) -> bool {
     let found = picture.get_pixel(at.x as u32, at.y as u32).0;
     let found = glam::Vec3::from(found.map(|b| linear_from_srgb(f32::from(b) / 255.0)));
     let expected = glam::Vec3::from(colour);

@@ -133,6 +133,13 @@ fn is_whole_face_in_front(corners: [DVec3; 3], own: &ItemBuffer, camera: &Camera
     is_seen && camera.depth(middle) <= around * (1.0 + HULL_SLACK_REL)
 }
 
+/// Weights of a face's corners at the places where it is looked at.
+pub(super) fn lattice() -> impl Iterator<Item = [f64; 3]> {
+    (0..=LATTICE_STEPS)
+        .flat_map(|i| (0..=LATTICE_STEPS - i).map(move |j| [i, j, LATTICE_STEPS - i - j]))
+        .map(|steps| steps.map(|s| f64::from(s) / f64::from(LATTICE_STEPS)))
+}
+
 fn shows_own_surface(
     points: [DVec3; 3],
     original: &ItemBuffer,
@@ -146,12 +153,9 @@ fn shows_own_surface(
     let longest = (0..3)
         .map(|k| points[k].distance(points[(k + 1) % 3]))
         .fold(0.0, f64::max);
-    let lattice = (0..=LATTICE_STEPS)
-        .flat_map(|i| (0..=LATTICE_STEPS - i).map(move |j| [i, j, LATTICE_STEPS - i - j]));
-    lattice.into_iter().all(|steps| {
-        let weights = steps.map(|s| f64::from(s) / f64::from(LATTICE_STEPS));
+    lattice().all(|weights| {
         let point: DVec3 = (0..3).map(|k| points[k] * weights[k]).sum();
-        let is_corner = steps.contains(&LATTICE_STEPS);
+        let is_corner = weights.contains(&1.0);
         let bulge = if is_corner {
             0.0
         } else {

@@ -14,12 +14,26 @@ use crate::values::{Length, Share, parse_bytes, parse_length, parse_positive, pa
 ///
 /// Nothing is needed but an empty folder: the model is generated. The asset, the pictures and `report.html` are put into
 /// the folder, and the last line says where to look.
+///
+/// With `--captured` the way begins at photographs: a capture of the model is made and put into `DIR/capture`, 44 photographs whose
+/// exposures differ, with masks whose outlines are off by about a pixel. An asset is built of it as `build` does, and compared with the
+/// model, which is known here: the last lines print misclassified pixels from the photographs' eyes and from eyes in between.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  silmap demo -o silmap-demo")]
+#[command(after_help = "\
+Examples:
+  silmap demo -o silmap-demo
+  silmap demo --captured -o silmap-captured
+  silmap demo --captured --spoil 2% -o spoiled && silmap build spoiled/capture --check")]
 pub(crate) struct DemoArgs {
     /// Folder for the results
     #[arg(short, long, value_name = "DIR", default_value = "silmap-demo")]
     pub(crate) out: PathBuf,
+    /// Begin at photographs, made of the model, and build an asset of them
+    #[arg(long)]
+    pub(crate) captured: bool,
+    /// Spoil this share of the masks, rounded up to whole ones: a bite out, or a blob added
+    #[arg(long, value_name = "SHARE", requires = "captured", value_parser = parse_share)]
+    pub(crate) spoil: Option<Share>,
     #[command(flatten)]
     pub(crate) pool: PoolArgs,
     #[command(flatten)]

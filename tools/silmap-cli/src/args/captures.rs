@@ -6,7 +6,7 @@ use clap::Args;
 use silmap_capture::MaskRule;
 
 /// How a capture is carved.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct CarveArgs {
     /// Print what was understood of a capture and how well its masks agree with each other, and build nothing
     #[arg(long, help_heading = "Captures", conflicts_with_all = ["from", "manifest", "params_from", "out", "uniform_curve"])]

@@ -170,8 +170,8 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         // So that a missing adapter is known before the work, and by its own exit code.
         open_gpu()?;
     }
-    let carved = silmap_capture::is_capture(model_path)
-        .then(|| CarvedCapture::of(model_path, &args.carving))
+    let mut carved = silmap_capture::is_capture(model_path)
+        .then(|| CarvedCapture::of(model_path, &args.carving, args.textures.texture_size))
         .transpose()?;
     let model = match &carved {
         Some(carved) => carved.model(),
@@ -190,7 +190,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         |recipe| recipe.build.clone(),
     );
     let named = || model_path.display().to_string();
-    let seen = (carved.as_ref()).map_or_else(Photographed::default, CarvedCapture::photographed);
+    let seen = (carved.as_mut()).map_or_else(Photographed::default, CarvedCapture::photographed);
     let (mut asset, report) = build_watched(&model, &seen, &params).with_context(named)?;
     if let Some(views) = recipe.and_then(|recipe| recipe.fewer_views) {
         asset = keep_fewer_views(&asset, ViewGoal::Keep(views)).with_context(named)?;

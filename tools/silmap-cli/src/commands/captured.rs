@@ -1,14 +1,15 @@
 //! Captures in the place of a mesh: read, carved, coloured; and what `build --check` prints about them.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::Context;
 use serde::Serialize;
 use silmap_capture::{
-    Capture, CaptureView, CaptureWarning, CarveParams, Carved, ImageShift, MaskOptions, Matrix34,
-    Misread, Painted, ShiftKind, carve, disagreeing, image_shift, median, misread, paint,
-    read_with, seen_outlines,
+    Capture, CaptureView, CaptureWarning, CarveParams, Carved, GainRange, ImageShift, MaskOptions,
+    Matrix34, Misread, Painted, ShiftKind, ViewPhotograph, carve, disagreeing, even_out,
+    image_shift, median, misread, paint, photographs, read_with, seen_outlines,
 };
 use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
@@ -22,12 +23,20 @@ use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::{interrupt, machine, output};
 
+/// Photographs keep so many pixels a side for each of a texture view's.
+const PHOTOGRAPH_OVER_TEXTURE: u32 = 2;
+
 /// A capture and the hull that was carved from it.
 #[derive(Debug)]
 pub(crate) struct CarvedCapture {
     pub(crate) capture: Capture,
     pub(crate) carved: Carved,
     pub(crate) painted: Option<Painted>,
+    /// Of the views that have one, evened out.
+    pub(crate) photographs: Vec<ViewPhotograph>,
+    gains: Option<GainRange>,
+    /// Of each view with a photograph.
+    gain_of: BTreeMap<usize, [f32; 3]>,
     /// What was odd, as sentences.
     pub(crate) warnings: Vec<String>,
     /// Views that have no vote.
@@ -52,6 +61,8 @@ pub(crate) struct MaskJson {
     outvoted: Option<f64>,
     /// Pixels of the mask beside the hull, over those of the mask.
     missing: Option<f64>,
+    /// Factors on linear red, green and blue that even out its photograph's exposure; null where it has none.
+    gain: Option<[f32; 3]>,
 }
 
 /// What `build` prints about a capture, besides what it prints about a mesh.
@@ -73,6 +84,14 @@ pub(crate) struct CaptureJson {
     photographs: usize,
     /// Share of the carved surface's vertices that some photograph shows.
     painted: f64,
+    /// Factors on the photographs' channels that even out exposure and white balance; null without photographs.
+    gains: Option<GainsJson>,
+}
+
+#[derive(Debug, Serialize)]
+struct GainsJson {
+    smallest: f64,
+    largest: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -133,11 +152,11 @@ struct HullJson {
 }
 
 impl CarvedCapture {
-    /// Reads and carves a capture; prints its warnings.
+    /// Reads and carves a capture, and colours the hull for textures of this side; prints its warnings.
     ///
     /// # Errors
     /// One sentence with the file's name.
-    pub(crate) fn of(path: &Path, args: &CarveArgs) -> anyhow::Result<Self> {
+    pub(crate) fn of(path: &Path, args: &CarveArgs, texture_px: u32) -> anyhow::Result<Self> {
         let owned = path.to_owned();
         let page = args.page.as_deref().map(OutputFile::check).transpose()?;
         if let Some(page) = &page {
@@ -162,6 +181,9 @@ impl CarvedCapture {
             capture,
             carved,
             painted: None,
+            photographs: Vec::new(),
+            gains: None,
+            gain_of: BTreeMap::new(),
             warnings: Vec::new(),
             left_out: Vec::new(),
             misread: None,
@@ -169,7 +191,7 @@ impl CarvedCapture {
         };
         found.look_closer(args, &mut odd)?;
         if !(args.check || args.no_photographs) {
-            found.paint(&mut odd)?;
+            found.paint(texture_px, &mut odd)?;
         }
         found.warnings = odd.iter().map(ToString::to_string).collect();
         for warning in &found.warnings {
@@ -210,12 +232,22 @@ impl CarvedCapture {
         Ok(())
     }
 
-    fn paint(&mut self, odd: &mut Vec<CaptureWarning>) -> anyhow::Result<()> {
+    fn paint(&mut self, texture_px: u32, odd: &mut Vec<CaptureWarning>) -> anyhow::Result<()> {
         let mesh = self.carved.mesh.clone();
-        let (mesh, painted) =
-            Progress::new().watch(|watch| paint(mesh, &self.capture, odd, watch))?;
+        let how = (mesh.origin(), PHOTOGRAPH_OVER_TEXTURE * texture_px);
+        let mut found =
+            Progress::new().watch(|watch| photographs(&self.capture, how, odd, watch))?;
+        if !found.is_empty() {
+            let about = (&mesh, &self.capture);
+            let range = Progress::new().watch(|watch| even_out(&mut found, about, odd, watch))?;
+            self.gains = Some(range);
+            let gains = found.iter().map(|p| (p.view, p.photograph.gain));
+            self.gain_of = gains.collect();
+        }
+        let (mesh, painted) = Progress::new().watch(|watch| paint(mesh, &found, watch))?;
         self.carved.mesh = mesh;
         self.painted = Some(painted);
+        self.photographs = found;
         Ok(())
     }
 
@@ -231,7 +263,9 @@ impl CarvedCapture {
     fn masks(&self) -> Vec<MaskJson> {
         let pairs = self.capture.views.iter().zip(&self.carved.residuals);
         pairs
-            .map(|(view, residual)| MaskJson {
+            .enumerate()
+            .map(|(v, (view, residual))| MaskJson {
+                gain: self.gain_of.get(&v).copied(),
                 name: view.name.clone(),
                 camera: view.camera.to_matrix(),
                 size: [view.camera.width, view.camera.height],
@@ -250,8 +284,8 @@ impl CarvedCapture {
         }
     }
 
-    /// The photographs' own silhouettes.
-    pub(crate) fn photographed(&self) -> Photographed {
+    /// The photographs' own silhouettes, and the photographs, of which none is left here.
+    pub(crate) fn photographed(&mut self) -> Photographed {
         let outlines = seen_outlines(&self.capture, &self.carved);
         let pairs = self.capture.views.iter().zip(outlines);
         let silhouettes = pairs.filter_map(|(view, seen)| {
@@ -263,8 +297,11 @@ impl CarvedCapture {
                 photographed: seen.photographed,
             })
         });
+        let silhouettes = silhouettes.collect();
+        let photographs = std::mem::take(&mut self.photographs).into_iter();
         Photographed {
-            silhouettes: silhouettes.collect(),
+            silhouettes,
+            photographs: photographs.map(|view| view.photograph).collect(),
         }
     }
 
@@ -282,6 +319,10 @@ impl CarvedCapture {
             voxel: self.carved.voxel,
             photographs: self.painted.map_or(0, |p| p.photographs),
             painted: self.painted.map_or(0.0, |p| p.seen),
+            gains: self.gains.map(|range| GainsJson {
+                smallest: range.smallest,
+                largest: range.largest,
+            }),
         }
     }
 
@@ -317,7 +358,7 @@ pub(crate) fn fitting_resolution_px(capture: &Capture) -> u32 {
 /// One sentence with the file's name.
 pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Result<()> {
     let started = Instant::now();
-    let found = CarvedCapture::of(path, args)?;
+    let found = CarvedCapture::of(path, args, 0)?;
     let (capture, carved) = (&found.capture, &found.carved);
     let disagree: Vec<&str> = disagreeing(&carved.residuals)
         .into_iter()

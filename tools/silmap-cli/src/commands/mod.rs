@@ -8,6 +8,7 @@ mod capture_page;
 mod captured;
 mod contour;
 mod demo;
+mod demo_captured;
 mod edges;
 mod evaluate;
 mod evaluate_captured;
@@ -39,6 +40,7 @@ pub(crate) fn open_gpu() -> Result<Gpu, NoAdapter> {
 /// One sentence.
 pub(crate) fn run(command: Command) -> anyhow::Result<()> {
     match command {
+        Command::Demo(args) if args.captured => demo_captured::run(&args),
         Command::Demo(args) => demo::run(&args),
         Command::Build(args) => build::run(&args),
         Command::Render(args) => render::run(&args),
