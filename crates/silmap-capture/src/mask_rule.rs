@@ -2,14 +2,15 @@
 //!
 //! One set of rules, whichever way the background is told from the object:
 //! 1. Each pixel has a difference from the background: how much brighter its brightest channel is (`lighter`), how much darker its
-//!    darkest (`darker`), or how far its colour is from one (`unlike`), less the threshold. Values are 0 to 255.
+//!    darkest (`darker`), or how far its colour is from one (`unlike`), less the threshold. Values are 0 to 255. Far from a colour that is
+//!    not nearly black is what has another hue: differences of brightness alone count half, so that shadows do less.
 //! 2. Differences are smoothed with weights 1, 2, 1 along rows and columns, as noise of single pixels is no outline.
 //! 3. Of the pixels above zero the pieces are kept that have a fifth of the largest one's area at least; what lies wholly within a
 //!    twentieth of the border is the picture's frame, and no piece.
 //! 4. Holes with less than a five-hundredth of the object's area are filled.
 //!
-//! `auto` is `unlike` with the median colour of the twentieth along the border; its threshold is the one that separates the differences
-//! best (Otsu), lowered to a third of that where the background stays below.
+//! `auto` is `unlike` with the colour that is most frequent in the twentieth along the border. Its threshold is where the fewest pixels
+//! are, between the background and the threshold that separates both best (Otsu); of several such places the middle of those nearest to the background.
 //!
 //! Source: N. Otsu. A Threshold Selection Method from Gray-Level Histograms. IEEE Trans. SMC 9(1), 1979.
 
@@ -41,8 +42,21 @@ const LEAST_PIECE: f64 = 0.2;
 /// Largest area of a hole that is filled, as a share of the object's.
 const LARGEST_HOLE: f64 = 0.002;
 
-/// How far above the background's own differences a lowered threshold stays.
-const ROOM: f32 = 1.5;
+/// How much differences of brightness count.
+const OF_BRIGHTNESS: f32 = 0.5;
+
+/// A colour this near to black has no hue.
+const LEAST_COLOUR: f32 = 60.0;
+
+/// Steps of colour that are counted together when the most frequent is looked for.
+const COLOUR_STEP: u8 = 16;
+
+/// Differences to each side over which pixels are counted for a threshold, and the least one.
+const NEIGHBOURS: usize = 6;
+const LEAST_THRESHOLD: usize = 8;
+
+/// Counts within this factor of the least are as few.
+const AS_FEW: f64 = 1.25;
 
 /// Why a rule cannot be understood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -118,15 +132,54 @@ fn of_channels(picture: &RgbImage, value: impl Fn([f32; 3]) -> f32) -> Vec<f32> 
         .collect()
 }
 
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
-    squares.sum::<f32>().sqrt()
+fn distance(a: [f32; 3], from: [f32; 3]) -> f32 {
+    let norm = |v: [f32; 3]| v.iter().map(|c| c * c).sum::<f32>();
+    let difference: [f32; 3] = std::array::from_fn(|k| a[k] - from[k]);
+    let (all, length) = (norm(difference), norm(from).sqrt());
+    if length < LEAST_COLOUR {
+        return all.sqrt();
+    }
+    let along = difference.iter().zip(from).map(|(d, c)| d * c).sum::<f32>() / length;
+    ((all - along * along).max(0.0) + (OF_BRIGHTNESS * along).powi(2)).sqrt()
 }
 
+/// The most frequent colour along the border.
 fn border_colour(picture: &RgbImage, is_border: impl Fn(usize) -> bool) -> [f32; 3] {
-    let pixels = || picture.pixels().enumerate().filter(|(k, _)| is_border(*k));
+    const STEPS: usize = 256 / COLOUR_STEP as usize;
+    let pixels: Vec<[u8; 3]> = (picture.pixels().enumerate())
+        .filter_map(|(k, p)| is_border(k).then_some(p.0))
+        .collect();
+    let step = |p: [u8; 3]| p.map(|c| usize::from(c / COLOUR_STEP));
+    let mut counts = vec![0_u32; STEPS.pow(3)];
+    for &pixel in &pixels {
+        let [r, g, b] = step(pixel);
+        counts[(r * STEPS + g) * STEPS + b] += 1;
+    }
+    let around = |v: usize| v.saturating_sub(1)..=(v + 1).min(STEPS - 1);
+    let mut best = (0, [0; 3]);
+    for k in 0..counts.len() {
+        let [r, g, b] = [k / (STEPS * STEPS), k / STEPS % STEPS, k % STEPS];
+        let mut sum = 0;
+        for r in around(r) {
+            for g in around(g) {
+                sum += around(b)
+                    .map(|b| counts[(r * STEPS + g) * STEPS + b])
+                    .sum::<u32>();
+            }
+        }
+        if sum > best.0 {
+            best = (sum, [r, g, b]);
+        }
+    }
+    let is_near = |p: &&[u8; 3]| {
+        step(**p)
+            .iter()
+            .zip(best.1)
+            .all(|(&a, b)| a.abs_diff(b) <= 1)
+    };
+    let near: Vec<[u8; 3]> = pixels.iter().filter(is_near).copied().collect();
     std::array::from_fn(|channel| {
-        let mut values: Vec<u8> = pixels().map(|(_, p)| p.0[channel]).collect();
+        let mut values: Vec<u8> = near.iter().map(|p| p[channel]).collect();
         values.sort_unstable();
         values.get(values.len() / 2).copied().map_or(0.0, f32::from)
     })
@@ -155,10 +208,11 @@ fn smoothed(values: &[f32], (width, height): (usize, usize)) -> Vec<f32> {
 fn threshold(distances: &[f32], is_border: impl Fn(usize) -> bool) -> f32 {
     const BINS: usize = 442;
     let mut counts = vec![0_u64; BINS];
-    for &d in distances {
+    // The frame is neither.
+    for (_, &d) in (distances.iter().enumerate()).filter(|(k, _)| !is_border(*k)) {
         counts[(d as usize).min(BINS - 1)] += 1;
     }
-    let total: f64 = distances.len() as f64;
+    let total = counts.iter().sum::<u64>() as f64;
     let all: f64 = (counts.iter().enumerate())
         .map(|(k, &c)| k as f64 * c as f64)
         .sum();
@@ -172,22 +226,22 @@ fn threshold(distances: &[f32], is_border: impl Fn(usize) -> bool) -> f32 {
         }
         let apart = sum / below - (all - sum) / above;
         let between = below * above * apart * apart;
-        if between > best.0 {
+        // Where no pixel is in between all thresholds are as good: the last of them.
+        if between >= best.0 {
             best = (between, k + 1);
         }
     }
-    let otsu = best.1 as f32;
-    let mut of_border: Vec<f32> = (distances.iter().enumerate())
-        .filter(|(k, _)| is_border(*k))
-        .map(|(_, &d)| d)
-        .collect();
-    of_border.sort_unstable_by(f32::total_cmp);
-    // An object that reaches the border covers less than a fifth of it, mostly.
-    let background = of_border
-        .get(of_border.len() * 4 / 5)
-        .copied()
-        .unwrap_or(otsu);
-    (ROOM * background).max(otsu / 3.0).min(otsu)
+    let around = |k: usize| {
+        let from = k.saturating_sub(NEIGHBOURS);
+        let to = (k + NEIGHBOURS).min(BINS - 1);
+        counts[from..=to].iter().sum::<u64>() as f64
+    };
+    let places = LEAST_THRESHOLD..best.1.clamp(LEAST_THRESHOLD + 1, BINS);
+    let fewest = places.clone().map(around).fold(f64::INFINITY, f64::min);
+    let is_few = |k: &usize| around(*k) <= AS_FEW * fewest;
+    let first = places.clone().find(is_few).unwrap_or(LEAST_THRESHOLD);
+    let count = (first..places.end).take_while(is_few).count();
+    (first + count / 2) as f32
 }
 
 /// Takes small pieces and the frame away and fills small holes.
@@ -347,11 +401,11 @@ mod tests {
     #[test]
     fn real_backgrounds_are_told_from_the_object() {
         for (set, rule, least) in [
-            ("squirrel", "auto", 0.9),
-            ("squirrel", "lighter:24", 0.9),
-            ("toy-dinosaur", "auto", 0.9),
-            ("plaster-dinosaur/ring", "auto", 0.5),
-            ("plaster-dinosaur/ring", "lighter:48", 0.5),
+            ("squirrel", "auto", 0.97),
+            ("squirrel", "lighter:24", 0.99),
+            ("toy-dinosaur", "auto", 0.95),
+            ("plaster-dinosaur/ring", "auto", 0.9),
+            ("plaster-dinosaur/ring", "lighter:48", 0.9),
         ] {
             match overlaps(set, rule) {
                 Some([smallest, median]) => {
