@@ -98,7 +98,7 @@ fn errors_at(
         };
         let outline = silmap_map::outline(map, &view.camera, how, reader)?;
         let mut predicted = Mask::new(truth.width(), truth.height());
-        fill_even_odd(&(view.place)(outline.simple_loops()), &mut predicted);
+        fill_even_odd((view.place)(outline.simple_loops()), &mut predicted);
         if let Some(known) = view.known {
             predicted.intersect(known);
         }

@@ -58,6 +58,7 @@ pub(crate) struct SimplifyArgs {
 Examples:
   silmap align bunny.ply --close-holes --mask bunny.png --start pose.json -o refined.json
   silmap align scan.ply --mask masks/image_9.png --camera cameras.json --view image_9 -o refined.json")]
+#[command(group = clap::ArgGroup::new("begin").required(true).multiple(true).args(["start", "camera"]))]
 pub(crate) struct AlignArgs {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -65,7 +66,7 @@ pub(crate) struct AlignArgs {
     #[arg(long, value_name = "IMG")]
     pub(crate) mask: PathBuf,
     /// The camera to start from [default: that of --view]
-    #[arg(long, value_name = "POSE", required_unless_present = "camera")]
+    #[arg(long, value_name = "POSE")]
     pub(crate) start: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) captured: CapturedCameraArgs,

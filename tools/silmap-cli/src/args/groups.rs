@@ -27,9 +27,10 @@ pub(crate) struct PoolArgs {
 
 /// A camera, as `render` and `contour` take it.
 #[derive(Clone, Debug, Args)]
+#[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "camera"]))]
 pub(crate) struct CameraArgs {
     /// Viewpoint, in model units
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, required_unless_present = "camera", conflicts_with = "camera")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) eye: Option<DVec3>,
     /// Point that is looked at [default: the model's center]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true, conflicts_with = "camera")]

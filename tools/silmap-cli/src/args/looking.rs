@@ -209,26 +209,27 @@ pub(crate) enum WhereArg {
 Examples:
   silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json
   silmap evaluate squirrel.glb --camera squirrel/cameras.json")]
+#[command(group = clap::ArgGroup::new("compared").required(true).args(["model", "camera", "leave_one_out"]))]
 pub(crate) struct EvaluateArgs {
     /// The asset
     pub(crate) asset: PathBuf,
     /// The mesh it was made from
-    #[arg(long, value_name = "MODEL", required_unless_present_any = ["leave_one_out", "camera"])]
+    #[arg(long, value_name = "MODEL")]
     pub(crate) model: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
-    /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then, and no model is needed
-    #[arg(long, conflicts_with_all = ["model", "camera", "viewpoints", "textures", "placement", "method"])]
-    pub(crate) leave_one_out: bool,
-    /// Leave only every Nth view out [default: 1, of more than 100 views 4]
-    #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u32).range(1..=65_536))]
-    pub(crate) every: Option<u32>,
     /// Compare with the masks of a capture, seen by its own cameras, in the place of a mesh: its camera file, or its folder
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "close_holes", "repair", "alpha", "weld", "viewpoints", "seed", "resolution", "textures", "placement"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["close_holes", "repair", "alpha", "weld", "viewpoints", "seed", "resolution", "textures", "placement"])]
     pub(crate) camera: Option<PathBuf>,
     /// Only at this view of FILE, called as for `render`; may be given several times [default: all that have a mask]
     #[arg(long = "view", value_name = "NAME", requires = "camera")]
     pub(crate) views: Vec<String>,
+    /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then, and no model is needed
+    #[arg(long, conflicts_with_all = ["viewpoints", "textures", "placement", "method"])]
+    pub(crate) leave_one_out: bool,
+    /// Leave only every Nth view out [default: 1, of more than 100 views 4]
+    #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) every: Option<u32>,
     /// How many test viewpoints
     #[arg(long, value_name = "K", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) viewpoints: u32,
