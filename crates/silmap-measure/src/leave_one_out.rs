@@ -6,14 +6,16 @@
 //! silhouette of the carved hull that votes have made. Pixels are those of the left-out mask, as shares of its inside; outside of the
 //! image nothing is known, and nothing is counted.
 
-use glam::DVec2;
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
 use silmap_capture::{
     Capture, CaptureView, CarveError, CarveParams, Carved, Pinhole, carve, seen_outlines,
     silhouette, visual_hull_silhouette,
 };
 use silmap_geometry::polygon::fill_non_zero;
-use silmap_geometry::{Bounds, Bvh, Camera, CameraError, Interrupted, Loop, Mask, Stage, Watch};
+use silmap_geometry::trace::trace_contours;
+use silmap_geometry::{
+    Bounds, Bvh, Camera, CameraError, ClosedMesh, Interrupted, Loop, Mask, Stage, Watch,
+};
 use silmap_map::{
     Detail, InterpolateError, Interpolation, MapReader, Method, PolytopeError, SilhouetteMap,
 };
@@ -44,6 +46,8 @@ pub enum Predictor {
     VisualHull,
     /// The carved hull of the remaining masks, some of them outvoted.
     CarvedHull,
+    /// Method `tight` in a map of the object's own mesh, with views at the same places: what masks without noise would reach.
+    Mesh,
 }
 
 impl Predictor {
@@ -55,17 +59,19 @@ impl Predictor {
             Self::NearestView => "nearest-view",
             Self::VisualHull => "visual-hull",
             Self::CarvedHull => "carved-hull",
+            Self::Mesh => "mesh-tight",
         }
     }
 
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Method(Method::Paper),
         Self::Method(Method::Hull),
         Self::Method(Method::Tight),
         Self::NearestView,
         Self::VisualHull,
         Self::CarvedHull,
+        Self::Mesh,
     ];
 }
 
@@ -78,6 +84,9 @@ pub struct LeaveOneOutParams {
     pub carve: CarveParams,
     /// How the rest's map is made; no views are removed from it.
     pub build: BuildParams,
+    /// The object itself, in the frame of the cameras, where it is known: predictions are compared with its silhouettes, and not with the
+    /// masks, and its own map predicts too.
+    pub truth: Option<ClosedMesh>,
 }
 
 /// A prediction beside the mask.
@@ -171,6 +180,10 @@ struct Remaining<'a> {
     camera: Pinhole,
     /// A square camera at the same place.
     plain: Camera,
+    /// What the object's own map has to say, if the object is known.
+    by_mesh: Option<(SilhouetteMap, Mask)>,
+    /// Where the coordinates of that map begin.
+    mesh_origin: DVec3,
 }
 
 impl<'a> Remaining<'a> {
@@ -211,6 +224,15 @@ impl<'a> Remaining<'a> {
                 source,
             },
         )?;
+        let by_mesh = match &params.truth {
+            Some(model) => mesh_map(&rest, model, &left_out.camera, &params.build, watch).map_err(
+                |source| LeaveOneOutError::Map {
+                    view: name(),
+                    source,
+                },
+            )?,
+            None => None,
+        };
         Ok(Self {
             view,
             left_out,
@@ -219,6 +241,8 @@ impl<'a> Remaining<'a> {
             map,
             camera,
             plain,
+            by_mesh,
+            mesh_origin: (params.truth.as_ref()).map_or(DVec3::ZERO, ClosedMesh::origin),
         })
     }
 
@@ -243,6 +267,7 @@ impl<'a> Remaining<'a> {
                 Predictor::NearestView => self.nearest_view(),
                 Predictor::VisualHull => voted.as_ref().map(|voted| self.visual_hull(voted)),
                 Predictor::CarvedHull => voted.clone(),
+                Predictor::Mesh => self.by_mesh()?,
             };
             let Some(mut predicted) = predicted else {
                 continue;
@@ -250,7 +275,8 @@ impl<'a> Remaining<'a> {
             if let Some(known) = &self.left_out.known {
                 predicted.intersect(known);
             }
-            let mask = &self.left_out.mask;
+            let truth = self.by_mesh.as_ref().map(|(_, silhouette)| silhouette);
+            let mask = truth.unwrap_or(&self.left_out.mask);
             let inside = mask.count().max(1) as f64;
             errors.push(LeftOutError {
                 view: self.view,
@@ -265,15 +291,30 @@ impl<'a> Remaining<'a> {
 
     /// What loops in the plain camera's picture cover in the left-out image.
     fn filled(&self, loops: &[Loop]) -> Mask {
-        let to_image = |&p: &DVec2| {
-            let ray = self.plain.direction_from_image(p);
-            self.camera.project(self.camera.eye + ray).map(|(p, _)| p)
+        seen_through(loops, &self.plain, &self.camera)
+    }
+
+    /// The outline by the object's own map, where its mesh is known.
+    fn by_mesh(&self) -> Result<Option<Mask>, LeaveOneOutError> {
+        let Some((map, _)) = &self.by_mesh else {
+            return Ok(None);
         };
-        let loops: Vec<Loop> = loops
-            .iter()
-            .map(|points| points.iter().filter_map(to_image).collect())
-            .collect();
-        filled(&loops, &self.camera)
+        let camera = &self.left_out.camera.moved(-self.mesh_origin);
+        let size = (map.resolution_px, map.resolution_px);
+        let plain = Camera::fit_sphere(camera.eye, map.center, map.radius, None, size);
+        let plain = plain.map_err(|source| LeaveOneOutError::Camera {
+            view: self.left_out.name.clone(),
+            source,
+        })?;
+        let how = Interpolation {
+            method: Method::Tight,
+            detail: Detail::Level(0),
+            ..Interpolation::default()
+        };
+        let mut reader = MapReader::new(map)?;
+        reader.interpolate(map, &plain, how)?;
+        let loops = reader.simple_loops().to_loops();
+        Ok(Some(seen_through(&loops, &plain, camera)))
     }
 
     /// The nearest view's outline, as if the object were flat: in the plane through its middle that faces both.
@@ -312,7 +353,7 @@ impl<'a> Remaining<'a> {
     }
 }
 
-/// The map of all photographs; only views that an eye could look through have outlines.
+/// The map of all photographs.
 fn map_about(
     capture: &Capture,
     carved: &Carved,
@@ -334,13 +375,67 @@ fn map_about(
             })
         })
         .collect();
+    map_near(model, &silhouettes, eye, params, watch)
+}
+
+/// The map of a model and of what was seen of it; only views that an eye could look through have outlines.
+fn map_near(
+    model: &ClosedMesh,
+    silhouettes: &[SeenSilhouette],
+    eye: DVec3,
+    params: &BuildParams,
+    watch: &Watch<'_>,
+) -> Result<SilhouetteMap, BuildError> {
     let center = model.bounds().center;
     let is_near = |camera: &Camera| {
         let cosine = (camera.eye - center).normalize_or_zero();
         cosine.dot((eye - center).normalize_or_zero()) > FAR_COSINE
     };
-    let captured = Captured::where_needed(model, &silhouettes, params, &is_near, watch)?;
+    let captured = Captured::where_needed(model, silhouettes, params, &is_near, watch)?;
     captured.map(model, &Bvh::new(model.mesh()), params, watch)
+}
+
+/// The map of a mesh with views where photographs were taken, and its silhouette in a left-out camera; `None` where some of it lies behind
+/// that. Model and cameras are in the same coordinates.
+fn mesh_map(
+    rest: &Capture,
+    model: &ClosedMesh,
+    left_out: &Pinhole,
+    params: &BuildParams,
+    watch: &Watch<'_>,
+) -> Result<Option<(SilhouetteMap, Mask)>, BuildError> {
+    let left_out = &left_out.moved(-model.origin());
+    let Some(truth) = silhouette(model.mesh(), left_out) else {
+        return Ok(None);
+    };
+    let silhouettes: Vec<SeenSilhouette> = (rest.views.iter())
+        .filter_map(|view| {
+            let camera = &view.camera.moved(-model.origin());
+            let [o, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| camera.direction(p));
+            Some(SeenSilhouette {
+                name: view.name.clone(),
+                eye: camera.eye,
+                outline: trace_contours(&silhouette(model.mesh(), camera)?),
+                ray_from_image: DMat3::from_cols(x - o, y - o, o),
+                photographed: 1.0,
+            })
+        })
+        .collect();
+    let map = map_near(model, &silhouettes, left_out.eye, params, &watch.quiet())?;
+    Ok(Some((map, truth)))
+}
+
+/// What loops in a plain camera's picture cover in the image of a camera at the same place.
+fn seen_through(loops: &[Loop], plain: &Camera, camera: &Pinhole) -> Mask {
+    let to_image = |&p: &DVec2| {
+        let ray = plain.direction_from_image(p);
+        camera.project(camera.eye + ray).map(|(p, _)| p)
+    };
+    let loops: Vec<Loop> = loops
+        .iter()
+        .map(|points| points.iter().filter_map(to_image).collect())
+        .collect();
+    filled(&loops, camera)
 }
 
 /// The pixels of a camera's image that loops cover.

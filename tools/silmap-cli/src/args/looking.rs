@@ -209,7 +209,7 @@ pub(crate) enum WhereArg {
 Examples:
   silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json
   silmap evaluate squirrel.glb --camera squirrel/cameras.json")]
-#[command(group = clap::ArgGroup::new("compared").required(true).args(["model", "camera", "leave_one_out"]))]
+#[command(group = clap::ArgGroup::new("compared").required(true).multiple(true).args(["model", "camera", "leave_one_out"]))]
 pub(crate) struct EvaluateArgs {
     /// The asset
     pub(crate) asset: PathBuf,
@@ -224,8 +224,9 @@ pub(crate) struct EvaluateArgs {
     /// Only at this view of FILE, called as for `render`; may be given several times [default: all that have a mask]
     #[arg(long = "view", value_name = "NAME", requires = "camera")]
     pub(crate) views: Vec<String>,
-    /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then, and no model is needed
-    #[arg(long, conflicts_with_all = ["viewpoints", "textures", "placement", "method"])]
+    /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then. Where the object's mesh is
+    /// known in the frame of the cameras, --model compares with its silhouettes, not with the masks, and with a map of its own
+    #[arg(long, conflicts_with_all = ["camera", "viewpoints", "textures", "placement", "method"])]
     pub(crate) leave_one_out: bool,
     /// Leave only every Nth view out [default: 1, of more than 100 views 4]
     #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u32).range(1..=65_536))]

@@ -12,6 +12,7 @@ use silmap_preprocess::pipeline::BuildParams;
 
 use crate::args::EvaluateArgs;
 use crate::commands::captured::fitting_resolution_px;
+use crate::files::{load_model_with, load_options};
 use crate::progress::Progress;
 use crate::{interrupt, machine, output};
 
@@ -62,6 +63,9 @@ pub(crate) fn run(path: &Path, args: &EvaluateArgs) -> anyhow::Result<()> {
     let owned = path.to_owned();
     let capture: Capture = interrupt::unless_stopped(move || read(&owned))??;
     let named = || capture.path.display().to_string();
+    let truth = (args.model.as_ref())
+        .map(|model| load_model_with(model, &load_options(args.mending)))
+        .transpose()?;
     let usual = match capture.views.len() > MANY_VIEWS {
         true => 4,
         false => 1,
@@ -75,6 +79,7 @@ pub(crate) fn run(path: &Path, args: &EvaluateArgs) -> anyhow::Result<()> {
             resolution_px,
             ..BuildParams::default()
         },
+        truth: truth.map(|model| model.mesh),
     };
     let errors = Progress::new()
         .watch(|watch| leave_one_out(&capture, &params, watch))
@@ -124,7 +129,7 @@ fn summary(errors: &[LeftOutError], predictor: Predictor) -> Option<ErrorsJson> 
 
 fn table(capture: &Capture, left_out: usize, rows: &[(Predictor, ErrorsJson)]) -> String {
     let mut text = format!(
-        "{left_out} of {} views left out in turn, each predicted from the rest; shares of the pixels inside its mask\n\
+        "{left_out} of {} views left out in turn, each predicted from the rest; shares of the pixels inside\n\
          predicted by  misclassified mean  median   worst   escaped mean   worst\n",
         capture.views.len()
     );
