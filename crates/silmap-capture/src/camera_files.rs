@@ -10,6 +10,7 @@ use crate::error::{CaptureError, CaptureFault};
 use crate::find_mask::size_by_pictures;
 use crate::json::{self, Fields};
 use crate::metashape::{self, Xml};
+use crate::turntable::make_metric;
 use crate::view::CameraFormat;
 use crate::{cameras_json, colmap, matrices, middlebury, pictures, transforms_json};
 
@@ -109,7 +110,10 @@ pub(crate) fn read(path: &Path) -> Result<CameraFile, CaptureError> {
     } else {
         of_json(&text, &folder)
     };
-    let (format, declared) = understood.map_err(fault_at(&file))?;
+    let (format, mut declared) = understood.map_err(fault_at(&file))?;
+    if !declared.is_metric {
+        make_metric(&mut declared);
+    }
     Ok(CameraFile {
         format,
         path: file,

@@ -87,7 +87,10 @@ mod tests_colmap;
 mod tests_formats;
 #[cfg(test)]
 mod tests_lens;
+#[cfg(test)]
+mod tests_turntable;
 mod transforms_json;
+mod turntable;
 mod undistort;
 mod view;
 mod view_names;

@@ -130,6 +130,13 @@ pub enum CaptureWarning {
         /// Why.
         reason: String,
     },
+    /// Projective cameras that turn about one line were made metric.
+    MadeMetric {
+        /// Focal length that was found, pixels.
+        focal_px: f64,
+        /// Principal point that was found, pixels from the top-left corner.
+        principal_px: [f64; 2],
+    },
     /// Photographs that were given to cameras in the order of their names, as no name says which belongs to which.
     InOrder {
         /// How many.
@@ -193,6 +200,14 @@ impl std::fmt::Display for CaptureWarning {
         match self {
             Self::NoMask { view } => write!(f, "view {view} has no mask: it is not used"),
             Self::Unused { view, reason } => write!(f, "view {view} is not used: {reason}"),
+            Self::MadeMetric {
+                focal_px,
+                principal_px: [x, y],
+            } => write!(
+                f,
+                "its cameras are projective only; as they turn about one line, they are made metric by square pixels and a principal point near \
+                 the middle (found: {focal_px:.0} pixels of focal length, {x:.0}, {y:.0}); the unit is the radius of their circle"
+            ),
             Self::InOrder { count } => write!(
                 f,
                 "no photograph has the name of a camera: the {count} photographs are taken in the order of the numbers in their names"

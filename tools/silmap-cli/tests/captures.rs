@@ -328,11 +328,70 @@ fn real_captures_overlap_their_masks() {
         assert!(overlap("median") > usual, "{name}: {}", check["overlap"]);
         assert_eq!(check["disagree"], json!([]), "{name}");
     }
-    if let Some(folder) = common::outside::shared("captures/toy-dinosaur") {
-        let ended = run(&["build", path(&folder), "--check"]);
-        check_one_sentence(&ended, "toy-dinosaur");
-        assert!(ended.err.contains("projective"), "{}", ended.err);
+    // Matrices in XML, whose names are no photograph's.
+    if let Some(file) = common::outside::shared("captures/squirrel/viff.xml") {
+        let check = checked(&file, "96");
+        assert_eq!(check["format"], json!("3×4 matrices"));
+        assert!(check["overlap"]["smallest"].as_f64().unwrap() > 0.95);
     }
+    // Projective cameras of a turntable.
+    if let Some(folder) = common::outside::shared("captures/toy-dinosaur") {
+        let check = checked(&folder, "96");
+        let warning = check["warnings"][0].as_str().unwrap();
+        assert!(warning.contains("are made metric"), "{warning}");
+        assert!(
+            check["overlap"]["smallest"].as_f64().unwrap() > 0.97,
+            "{}",
+            check["overlap"]
+        );
+    }
+}
+
+/// The same cameras as a COLMAP model of text, below the capture's folder.
+#[test]
+fn a_colmap_model_is_checked_as_the_same_cameras_are() {
+    let folder = scratch("capture-colmap");
+    write_capture(&folder);
+    let expected = checked(&folder, "48");
+    let (sparse, images) = (folder.join("sparse/0"), folder.join("images"));
+    fs::create_dir_all(&sparse).unwrap();
+    fs::rename(folder.join("photos"), images).unwrap();
+    let text = fs::read_to_string(folder.join("transforms.json")).unwrap();
+    let poses: Value = serde_json::from_str(&text).unwrap();
+    let mut lines = String::new();
+    for (k, frame) in poses["frames"].as_array().unwrap().iter().enumerate() {
+        let row = |r: usize| -> [f64; 4] {
+            std::array::from_fn(|c| frame["transform_matrix"][r][c].as_f64().unwrap())
+        };
+        let column = |c: usize| DVec3::new(row(0)[c], row(1)[c], row(2)[c]);
+        // Rows of R are right, down, forward.
+        let r = glam::DMat3::from_cols(column(0), -column(1), -column(2)).transpose();
+        let (q, t) = (glam::DQuat::from_mat3(&r), -(r * column(3)));
+        let [x, y, z, w] = q.to_array();
+        let numbers = [w, x, y, z, t.x, t.y, t.z]
+            .map(|v| format!("{v:?}"))
+            .join(" ");
+        lines += &format!("{} {numbers} 1 {k}.png\n\n", k + 1);
+    }
+    let camera = format!("1 PINHOLE {} {} 240 236 76 73.5\n", SIZE.0, SIZE.1);
+    fs::write(sparse.join("cameras.txt"), camera).unwrap();
+    fs::write(sparse.join("images.txt"), &lines).unwrap();
+    for file in ["cameras.json", "transforms.json"] {
+        fs::remove_file(folder.join(file)).unwrap();
+    }
+    let check = checked(&folder, "48");
+    assert_eq!(
+        (&check["format"], &check["photographs"]),
+        (&json!("COLMAP model"), &json!(14))
+    );
+    for key in ["smallest", "median"] {
+        let of = |check: &Value| check["overlap"][key].as_f64().unwrap();
+        assert!((of(&check) - of(&expected)).abs() < 1e-3, "{check}");
+    }
+    fs::write(sparse.join("images.txt"), lines.replacen("\n\n", "\n", 1)).unwrap();
+    let ended = run(&["build", path(&folder), "--check"]);
+    check_one_sentence(&ended, "images.txt");
+    assert!(ended.err.contains("line 2"), "{}", ended.err);
 }
 
 /// Each view predicted from the rest: by what the map says better than by the nearest view.
