@@ -144,8 +144,13 @@ impl CameraView {
     ///
     /// # Errors
     /// One sentence that names the camera file, the view and the mask.
-    pub fn mask(&self, of: &Path, is_straight: bool) -> Result<Option<Mask>, CaptureError> {
-        let found = find_mask(&self.declared, &self.folder, &MaskOptions::default());
+    pub fn mask(
+        &self,
+        of: &Path,
+        is_straight: bool,
+        options: &MaskOptions,
+    ) -> Result<Option<Mask>, CaptureError> {
+        let found = find_mask(&self.declared, &self.folder, options);
         let mask = found.map_err(|fault| CaptureError {
             path: of.to_owned(),
             fault: Box::new(fault),

@@ -325,4 +325,92 @@ mod tests {
         std::fs::write(&path, "what is this?").unwrap();
         assert!(message().contains("a mask is a picture"));
     }
+
+    /// A JPEG of a grey picture whose EXIF says how to turn it for people.
+    fn jpeg(picture: &GrayImage, orientation: u8) -> Vec<u8> {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 100);
+        picture.write_with_encoder(encoder).unwrap();
+        let mut bytes = bytes.into_inner();
+        // A TIFF header and one entry: tag 0x0112, a short.
+        let mut exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+        exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+        let length = (exif.len() as u16 + 2).to_be_bytes();
+        let segment = [&[0xff, 0xe1], &length[..], &exif].concat();
+        bytes.splice(2..2, segment);
+        bytes
+    }
+
+    /// The picture that a program shows which turns pictures as EXIF says.
+    fn shown(picture: &GrayImage, orientation: u8) -> GrayImage {
+        let mut turned = DynamicImage::from(picture.clone());
+        turned.apply_orientation(Orientation::from_exif(orientation).unwrap());
+        turned.into_luma8()
+    }
+
+    #[test]
+    fn pictures_are_turned_where_their_size_leaves_no_doubt() {
+        let folder = tempfile::tempdir().unwrap();
+        let (photo, path) = (folder.path().join("photo.jpg"), folder.path().join("mask"));
+        let disc = GrayImage::from_fn(SIZE.0, SIZE.1, |x, y| Luma([255 * u8::from(is_disc(x, y))]));
+        let read_beside = |size| read(&path, (Some(&photo), size), &MaskOptions::default());
+        let is_disc_of = |found: &CameraMask, picture: &GrayImage| {
+            let mut wanted = Mask::new(picture.width(), picture.height());
+            for (x, y, pixel) in picture.enumerate_pixels() {
+                wanted.set(x, y, pixel.0[0] > 127);
+            }
+            found.mask.count_different(&wanted) == 0
+        };
+        for orientation in 1..=8 {
+            let is_aside = orientation > 4;
+            let upright = shown(&disc, orientation);
+            let turned_size = upright.dimensions();
+            std::fs::write(&photo, jpeg(&disc, orientation)).unwrap();
+            // The camera has the stored size: the photograph is taken as it is, whatever EXIF says.
+            assert_eq!(
+                read_photo(&photo, SIZE).unwrap().to_luma8().dimensions(),
+                SIZE
+            );
+            assert!(fits(&photo, SIZE).is_ok());
+            // A mask of the stored photograph, with the same EXIF.
+            std::fs::write(&path, jpeg(&disc, orientation)).unwrap();
+            let found = read_beside(SIZE).unwrap();
+            assert!(is_disc_of(&found, &disc), "{orientation}");
+            assert_eq!(
+                found.notes.is_empty(),
+                orientation == 1,
+                "{:?}",
+                found.notes
+            );
+            // The camera has the size of the photograph as it is shown: both are turned.
+            assert_eq!(
+                fits(&photo, turned_size).is_ok(),
+                is_aside || turned_size == SIZE
+            );
+            if is_aside {
+                let picture = read_photo(&photo, turned_size).unwrap().into_luma8();
+                let off = picture.pixels().zip(upright.pixels());
+                assert!(
+                    off.into_iter().all(|(a, b)| a.0[0].abs_diff(b.0[0]) < 40),
+                    "{orientation}"
+                );
+                let found = read_beside(turned_size).unwrap();
+                assert!(is_disc_of(&found, &upright), "{orientation}");
+                // A mask that was made of the photograph as it is shown is turned back.
+                upright
+                    .save_with_format(&path, image::ImageFormat::Png)
+                    .unwrap();
+                let found = read_beside(SIZE).unwrap();
+                assert!(is_disc_of(&found, &disc), "{orientation}");
+                assert!(found.notes[0].contains("turned back"), "{:?}", found.notes);
+            }
+        }
+        // Without EXIF nothing says which way.
+        std::fs::write(&photo, jpeg(&disc, 1)).unwrap();
+        shown(&disc, 6)
+            .save_with_format(&path, image::ImageFormat::Png)
+            .unwrap();
+        let told = read_beside(SIZE).unwrap_err().to_string();
+        assert_eq!(told, "it has 20 × 24 pixels, not 24 × 20");
+    }
 }

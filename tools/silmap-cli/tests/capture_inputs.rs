@@ -220,7 +220,8 @@ fn plain_backgrounds_become_masks() {
         let check = checked(&folder, &["--mask-rule", rule]);
         let ratio =
             check["hull"]["volume"].as_f64().unwrap() / plain["hull"]["volume"].as_f64().unwrap();
-        assert!((ratio - 1.0).abs() < 0.03, "{rule}: {ratio}");
+        // A threshold well below one half of the difference makes masks larger by a part of a pixel.
+        assert!((ratio - 1.0).abs() < 0.08, "{rule}: {ratio}");
     }
     assert_eq!(
         run(&["build", path(&folder), "--check", "--mask-rule", "bright"]).code,
