@@ -16,7 +16,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
 pub(crate) use building::{AttachArgs, BackendArg, BuildArgs, DemoArgs};
-pub(crate) use captures::CarveArgs;
+pub(crate) use captures::{CarveArgs, MaskArgs};
 pub(crate) use groups::{
     AssetOfModelArgs, CameraArgs, CapturedCameraArgs, InterpolationArgs, KeptPartsArgs,
     MendingArgs, MeshOutArgs, MethodArg, ModelArgs, OutputArgs, PoolArgs, TestPictureArgs,

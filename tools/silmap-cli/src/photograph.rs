@@ -3,6 +3,7 @@
 use anyhow::bail;
 use image::RgbaImage;
 use image::imageops::{FilterType, resize};
+use silmap_capture::MaskOptions;
 use silmap_geometry::lighting::{linear_from_srgb, srgb_from_linear};
 use silmap_geometry::{ColourImage, Mask};
 
@@ -41,7 +42,7 @@ impl Photograph {
     ///
     /// # Errors
     /// One sentence with the name of the file, or of the view where it has none.
-    pub(crate) fn read(captured: &Captured) -> anyhow::Result<Self> {
+    pub(crate) fn read(captured: &Captured, masks: MaskOptions) -> anyhow::Result<Self> {
         let (file, view) = (captured.file.clone(), captured.view.clone());
         let shown = file.display().to_string();
         let named = view.name.clone();
@@ -49,7 +50,7 @@ impl Photograph {
         let (photograph, mask) = interrupt::unless_stopped(move || {
             (
                 view.photograph(&file, is_straight),
-                view.mask(&file, is_straight),
+                view.mask(&file, is_straight, &masks),
             )
         })?;
         let Some(photograph) = photograph? else {

@@ -286,6 +286,25 @@ fn masks_are_what_an_asset_is_measured_against() {
     );
     assert!(table.out.contains("cut-off  tight "), "{}", table.out);
 
+    // Masks whose object is black, beside those that say so.
+    let black = scratch("captured-cameras-black");
+    write_cameras(&black, DVec3::ZERO, true);
+    for name in VIEWS {
+        let file = black.join(format!("masks/{name}.png"));
+        let mut mask = inside(&file);
+        mask.pixels_mut().for_each(|p| p.0[0] = 255 - p.0[0]);
+        mask.save(&file).unwrap();
+    }
+    let words = [
+        "evaluate",
+        asset,
+        "--camera",
+        path(&black),
+        "--mask-inverted",
+        "--json",
+    ];
+    assert_eq!(run_json(&words)["methods"], told["methods"]);
+
     // Cameras that look 12 pixels aside are far off.
     let aside = scratch("captured-cameras-aside");
     write_cameras(&aside, DVec3::ZERO, true);

@@ -3,7 +3,28 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use silmap_capture::MaskRule;
+use silmap_capture::{MaskOptions, MaskRule};
+
+/// What masks are compared with, where a camera of a capture is looked through: as `build` has it.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MaskArgs {
+    /// Black is the object in mask files, and white the background
+    #[arg(long, requires = "camera")]
+    pub(crate) mask_inverted: bool,
+    /// Make masks of photographs that have none and a plain background, by a rule as of `build`
+    #[arg(long, value_name = "RULE", requires = "camera")]
+    pub(crate) mask_rule: Option<MaskRule>,
+}
+
+impl MaskArgs {
+    /// As the library has them.
+    pub(crate) fn options(&self) -> MaskOptions {
+        MaskOptions {
+            is_inverted: self.mask_inverted,
+            rule: self.mask_rule,
+        }
+    }
+}
 
 /// How a capture is carved.
 #[derive(Clone, Debug, Default, Args)]

@@ -7,8 +7,8 @@ use glam::DVec3;
 use silmap_map::ViewContour;
 
 use super::{
-    AssetOfModelArgs, CameraArgs, InterpolationArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs,
-    TestPictureArgs,
+    AssetOfModelArgs, CameraArgs, InterpolationArgs, MaskArgs, MendingArgs, MethodArg, OutputArgs,
+    PoolArgs, TestPictureArgs,
 };
 use crate::values::{Backdrop, parse_backdrop, parse_point, parse_positive};
 
@@ -114,6 +114,8 @@ pub(crate) struct RenderArgs {
         conflicts_with = "shadow"
     )]
     pub(crate) photograph: Option<PhotographArg>,
+    #[command(flatten)]
+    pub(crate) masks: MaskArgs,
     /// Show the shadow on the ground under the model, by light from this direction; modes coarse, textured and clipped. The ground
     /// lies across --up
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
@@ -224,6 +226,8 @@ pub(crate) struct EvaluateArgs {
     /// Only at this view of FILE, called as for `render`; may be given several times [default: all that have a mask]
     #[arg(long = "view", value_name = "NAME", requires = "camera")]
     pub(crate) views: Vec<String>,
+    #[command(flatten)]
+    pub(crate) masks: MaskArgs,
     /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then. Where the object's mesh is
     /// known in the frame of the cameras, --model compares with its silhouettes, not with the masks, and with a map of its own
     #[arg(long, conflicts_with_all = ["camera", "viewpoints", "textures", "placement", "method"])]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use serde::Serialize;
-use silmap_capture::{Capture, CaptureView, Drawing, read, read_cameras};
+use silmap_capture::{Capture, CaptureView, Drawing, read_cameras, read_with};
 use silmap_geometry::Loop;
 use silmap_map::Asset;
 use silmap_measure::evaluate::{EvaluateParams, MethodErrors, ViewpointError, summarise};
@@ -57,7 +57,8 @@ pub(crate) fn run(args: &EvaluateArgs, asset: &Asset) -> anyhow::Result<()> {
     };
     let owned = path.to_owned();
     // The errors name the file.
-    let capture = interrupt::unless_stopped(move || read(&owned))??;
+    let masks = args.masks.options();
+    let capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
     for warning in &capture.warnings {
         output::warn(&format!("{}: {warning}", capture.path.display()));
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use serde::Serialize;
-use silmap_capture::{Capture, CarveParams, median, read};
+use silmap_capture::{Capture, CarveParams, median, read_with};
 use silmap_measure::{LeaveOneOutParams, LeftOutError, Predictor, leave_one_out};
 use silmap_preprocess::pipeline::BuildParams;
 
@@ -60,8 +60,8 @@ struct ViewJson<'a> {
 /// One sentence with the file's name.
 pub(crate) fn run(path: &Path, args: &EvaluateArgs) -> anyhow::Result<()> {
     let started = Instant::now();
-    let owned = path.to_owned();
-    let capture: Capture = interrupt::unless_stopped(move || read(&owned))??;
+    let (owned, masks) = (path.to_owned(), args.masks.options());
+    let capture: Capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
     let named = || capture.path.display().to_string();
     let truth = (args.model.as_ref())
         .map(|model| load_model_with(model, &load_options(args.mending)))

@@ -139,7 +139,9 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         model.as_ref().map(|(_, placed)| placed),
     )?;
     let photograph = match (args.photograph, &seen.captured) {
-        (Some(place), Some(captured)) => Some((place, Photograph::read(captured)?)),
+        (Some(place), Some(captured)) => {
+            Some((place, Photograph::read(captured, args.masks.options())?))
+        }
         _ => None,
     };
     let params = FrameParams {
