@@ -5,10 +5,10 @@ use clap::error::ErrorKind;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 use silmap_geometry::{Camera, CameraError, ColourImage, Loop};
-use silmap_map::Asset;
 
 use crate::args::{CameraArgs, usage_error};
 use crate::captured_camera::{self, Captured};
+use crate::scene::Scene;
 use crate::values::{Size, point_text};
 
 /// The picture's size where nothing says another.
@@ -100,28 +100,6 @@ pub(crate) struct PictureCamera {
     pub(crate) camera: Camera,
     /// The camera of a capture, if it is one.
     pub(crate) captured: Option<Captured>,
-}
-
-/// What is looked at.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Scene {
-    /// The origin of its coordinates in those of what is typed and printed.
-    pub(crate) origin: DVec3,
-    /// The origin of its coordinates in those of the model's file or the capture.
-    pub(crate) origin_in_model: DVec3,
-    /// Middle and radius of the sphere about it.
-    pub(crate) sphere: (DVec3, f64),
-}
-
-impl Scene {
-    /// An asset.
-    pub(crate) fn of(asset: &Asset) -> Self {
-        Self {
-            origin: asset.placement.in_scene,
-            origin_in_model: asset.placement.in_model,
-            sphere: (asset.map.center, asset.map.radius),
-        }
-    }
 }
 
 impl From<Captured> for PictureCamera {

@@ -8,8 +8,8 @@ use silmap_capture::{CameraView, Drawing, DrawingFault, read_cameras};
 use silmap_geometry::Camera;
 
 use crate::args::{CameraArgs, CapturedCameraArgs, usage_error};
-use crate::camera::Scene;
 use crate::interrupt;
+use crate::scene::Scene;
 
 /// A view of a capture, and the picture that is drawn for it, in coordinates about a model's origin.
 #[derive(Debug)]

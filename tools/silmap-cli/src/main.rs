@@ -17,6 +17,7 @@ mod photograph;
 mod pictures;
 mod pose_file;
 mod progress;
+mod scene;
 mod strip;
 mod values;
 

@@ -221,7 +221,7 @@ pub(crate) struct EvaluateArgs {
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     /// Compare with the masks of a capture, seen by its own cameras, in the place of a mesh: its camera file, or its folder
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["close_holes", "repair", "alpha", "weld", "viewpoints", "seed", "resolution", "textures", "placement"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["model", "close_holes", "repair", "alpha", "weld", "viewpoints", "seed", "resolution", "textures", "placement"])]
     pub(crate) camera: Option<PathBuf>,
     /// Only at this view of FILE, called as for `render`; may be given several times [default: all that have a mask]
     #[arg(long = "view", value_name = "NAME", requires = "camera")]

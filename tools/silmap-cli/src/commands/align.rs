@@ -15,13 +15,14 @@ use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Camera, ClosedMesh, Loop, Watch};
 
 use crate::args::{AlignArgs, usage_error};
-use crate::camera::{CameraJson, Scene};
+use crate::camera::CameraJson;
 use crate::captured_camera::{self, Captured};
 use crate::files::{load_model, read_text};
 use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::pose_file;
 use crate::progress::Progress;
+use crate::scene::Scene;
 
 #[derive(Serialize)]
 struct AlignJson {

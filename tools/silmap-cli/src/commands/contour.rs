@@ -11,11 +11,12 @@ use silmap_geometry::{Loop, Mask};
 use silmap_map::{Detail, Interpolation, MapReader, outline};
 
 use crate::args::{ContourArgs, ContourFormat, MethodArg};
-use crate::camera::{CameraJson, PictureCamera, Scene};
+use crate::camera::{CameraJson, PictureCamera};
 use crate::captured_camera;
 use crate::files::read_asset;
 use crate::output::{self, OutputFile};
 use crate::pictures::encode_mask_png;
+use crate::scene::Scene;
 
 /// Calls that are timed; an odd number has a middle one.
 const TIMED_CALLS: usize = 9;

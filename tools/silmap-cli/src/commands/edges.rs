@@ -18,12 +18,13 @@ use silmap_geometry::{Camera, Loop, TriangleMesh, Watch};
 use silmap_mesh_io::input;
 
 use crate::args::{EdgesArgs, ExtractionArg, usage_error};
-use crate::camera::{CameraJson, PictureCamera, Scene};
+use crate::camera::{CameraJson, PictureCamera};
 use crate::captured_camera;
 use crate::files::load_model;
 use crate::interrupt;
 use crate::output::{self, OutputFile, Staging};
 use crate::progress::Progress;
+use crate::scene::Scene;
 use crate::values::point_text;
 
 /// Side of the drawing in pixels.

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use anyhow::Context;
 use glam::DVec3;
 use serde::Serialize;
-use silmap_map::{Method, SilhouetteMap};
 use silmap_measure::evaluate::{
     EvaluateParams, MethodErrors, Place, ViewpointError, evaluate, summarise,
 };
@@ -13,6 +12,7 @@ use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontin
 
 use crate::args::{EvaluateArgs, WhereArg};
 use crate::captured_camera;
+use crate::commands::evaluation::{MethodJson, ViewpointJson, methods_of, table};
 use crate::commands::{evaluate_captured, leave_one_out, open_gpu};
 use crate::files::{load_model_of, read_asset};
 use crate::output;
@@ -26,51 +26,6 @@ struct EvaluateJson {
     per_viewpoint: Vec<ViewpointJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     textures: Option<TextureErrors>,
-}
-
-/// Shares of the pixels inside the true outline.
-#[derive(Serialize)]
-pub(crate) struct MethodJson {
-    misclassified_mean: f64,
-    misclassified_median: f64,
-    misclassified_max: f64,
-    escaped_mean: f64,
-    escaped_max: f64,
-}
-
-#[derive(Serialize)]
-pub(crate) struct ViewpointJson {
-    eye: [f64; 3],
-    method: &'static str,
-    misclassified: f64,
-    escaped: f64,
-    /// Pixels inside the true outline, which both are shares of.
-    inside_px: u64,
-}
-
-impl From<&MethodErrors> for MethodJson {
-    fn from(m: &MethodErrors) -> Self {
-        Self {
-            misclassified_mean: m.misclassified_mean,
-            misclassified_median: m.misclassified_median,
-            misclassified_max: m.misclassified_max,
-            escaped_mean: m.escaped_mean,
-            escaped_max: m.escaped_max,
-        }
-    }
-}
-
-impl ViewpointJson {
-    /// In coordinates about the origin of which the errors' are.
-    pub(crate) fn new(e: &ViewpointError, origin: DVec3) -> Self {
-        Self {
-            eye: (e.eye + origin).to_array(),
-            method: e.method.name(),
-            misclassified: e.misclassified,
-            escaped: e.escaped,
-            inside_px: e.inside_px,
-        }
-    }
 }
 
 /// A share of fewer pixels than this says little: one pixel is a percent of them.
@@ -134,14 +89,6 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     output::print_bytes(text.as_bytes())
 }
 
-/// The methods to measure.
-pub(crate) fn methods_of(args: &EvaluateArgs, map: &SilhouetteMap) -> Vec<Method> {
-    args.method.map_or_else(
-        || Method::all_for(map).collect(),
-        |method| vec![method.into()],
-    )
-}
-
 /// Says where shares are of a handful of pixels.
 fn warn_of_few_pixels(args: &EvaluateArgs, errors: &[ViewpointError]) {
     // Each viewpoint is there once for every method.
@@ -183,26 +130,6 @@ fn as_json(
             .collect(),
         textures: None,
     }
-}
-
-/// What was measured at so many viewpoints of some place.
-pub(crate) fn table(count: usize, place: &str, methods: &[MethodErrors]) -> String {
-    let mut text = format!(
-        "{count} {place}; shares of the pixels inside the true outline\n\
-         method   misclassified mean  median   worst   escaped mean   worst\n",
-    );
-    for m in methods {
-        text.push_str(&format!(
-            "{:<8} {:>17.3} % {:>6.3} % {:>5.2} % {:>12.4} % {:>5.2} %\n",
-            m.method.name(),
-            100.0 * m.misclassified_mean,
-            100.0 * m.misclassified_median,
-            100.0 * m.misclassified_max,
-            100.0 * m.escaped_mean,
-            100.0 * m.escaped_max,
-        ));
-    }
-    text
 }
 
 fn texture_table(textures: &TextureErrors) -> String {

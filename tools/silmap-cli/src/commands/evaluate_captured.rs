@@ -12,10 +12,10 @@ use silmap_measure::evaluate::{EvaluateParams, MethodErrors, ViewpointError, sum
 use silmap_measure::{MaskError, MaskedView, evaluate_masks};
 
 use crate::args::EvaluateArgs;
-use crate::camera::Scene;
 use crate::captured_camera;
-use crate::commands::evaluate::{MethodJson, ViewpointJson, methods_of, table};
+use crate::commands::evaluation::{MethodJson, ViewpointJson, methods_of, table};
 use crate::progress::Progress;
+use crate::scene::Scene;
 use crate::{interrupt, output};
 
 #[derive(Serialize)]

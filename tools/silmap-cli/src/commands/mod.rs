@@ -12,6 +12,7 @@ mod demo_captured;
 mod edges;
 mod evaluate;
 mod evaluate_captured;
+mod evaluation;
 mod generate;
 mod hull;
 mod inspect;

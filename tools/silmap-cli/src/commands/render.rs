@@ -18,7 +18,7 @@ use silmap_study::{
 };
 
 use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
-use crate::camera::{PictureCamera, Scene};
+use crate::camera::PictureCamera;
 use crate::captured_camera;
 use crate::commands::open_gpu;
 use crate::files::{load_model, load_model_of, read_asset};
@@ -27,6 +27,7 @@ use crate::names::PictureKind;
 use crate::output::{self, OutputFile};
 use crate::photograph::{Photograph, Shown};
 use crate::pictures::encode_picture;
+use crate::scene::Scene;
 use crate::values::Backdrop;
 
 #[derive(Serialize)]
