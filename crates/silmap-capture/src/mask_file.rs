@@ -156,7 +156,7 @@ fn in_image(
 /// Whether a size is a camera's, or where allowed a whole multiple or part of it along both axes.
 fn is_fitting((width, height): (u32, u32), (wanted, tall): (u32, u32), may_scale: bool) -> bool {
     let is_multiple = |a: u32, b: u32, c: u32, d: u32| {
-        a > 0 && b > 0 && c % a == 0 && d % b == 0 && c / a == d / b
+        a > 0 && b > 0 && c.is_multiple_of(a) && d.is_multiple_of(b) && c / a == d / b
     };
     let is_scaled =
         is_multiple(width, height, wanted, tall) || is_multiple(wanted, tall, width, height);

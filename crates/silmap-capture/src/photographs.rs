@@ -94,7 +94,7 @@ pub fn photographs(
         }
     }
     // One rule made all masks.
-    let border = median(borders.into_iter()).unwrap_or(BORDER_PX[0]);
+    let border = median(borders).unwrap_or(BORDER_PX[0]);
     found.par_iter_mut().for_each(|p| {
         p.photograph.border_px = border;
         while p.photograph.picture.width.max(p.photograph.picture.height) > side_px.max(1) {

@@ -1,14 +1,25 @@
 //! The page about a capture: `build --page`.
 
 use glam::DVec2;
-use silmap_capture::{Pinhole, disagreeing, silhouette};
+use silmap_capture::{Capture, Carved, ImageShift, Pinhole, disagreeing, silhouette};
 use silmap_report::{CapturePage, CapturePageView, capture_page};
 
-use crate::commands::captured::CarvedCapture;
+/// What is known about a capture.
+#[derive(Debug)]
+pub(crate) struct About<'a> {
+    pub(crate) capture: &'a Capture,
+    pub(crate) carved: &'a Carved,
+    pub(crate) warnings: &'a [String],
+    /// Views that have no vote.
+    pub(crate) left_out: &'a [String],
+    pub(crate) shift: Option<&'a ImageShift>,
+    /// The agreement of hull and masks, in a few words.
+    pub(crate) agreement: String,
+}
 
 /// The page, in the frame of the cameras but for the origin of the carved hull.
-pub(crate) fn page(found: &CarvedCapture) -> String {
-    let (capture, carved) = (&found.capture, &found.carved);
+pub(crate) fn page(found: &About<'_>) -> String {
+    let (capture, carved) = (found.capture, found.carved);
     let hull = carved.mesh.mesh();
     let disagree = disagreeing(&carved.residuals);
     let views = capture.views.iter().zip(&carved.residuals).enumerate();
@@ -37,7 +48,7 @@ pub(crate) fn page(found: &CarvedCapture) -> String {
         title: format!("Capture of {}", capture.name),
         understood: understood(found),
         found: found_out(found),
-        warnings: &found.warnings,
+        warnings: found.warnings,
         hull,
         views: views.collect(),
     })
@@ -52,8 +63,8 @@ fn row(what: &str, how: String) -> (String, String) {
     (what.to_owned(), how)
 }
 
-fn understood(found: &CarvedCapture) -> Vec<(String, String)> {
-    let capture = &found.capture;
+fn understood(found: &About<'_>) -> Vec<(String, String)> {
+    let capture = found.capture;
     let mut sizes: Vec<[u32; 2]> = (capture.views.iter())
         .map(|v| [v.camera.width, v.camera.height])
         .collect();
@@ -89,8 +100,8 @@ fn understood(found: &CarvedCapture) -> Vec<(String, String)> {
     ]
 }
 
-fn found_out(found: &CarvedCapture) -> Vec<(String, String)> {
-    let carved = &found.carved;
+fn found_out(found: &About<'_>) -> Vec<(String, String)> {
+    let carved = found.carved;
     let disagree: Vec<&str> = (disagreeing(&carved.residuals).into_iter())
         .map(|view| found.capture.views[view].name.as_str())
         .collect();
@@ -104,7 +115,7 @@ fn found_out(found: &CarvedCapture) -> Vec<(String, String)> {
     let outvoted = carved.residuals.iter().flatten().map(|r| r.outvoted);
     let (count, sum) = outvoted.fold((0.0_f64, 0.0), |(n, s), o| (n + 1.0, s + o));
     let mut rows = vec![
-        row("masks and hull", found.describe()),
+        row("masks and hull", found.agreement.clone()),
         row("views that disagree", or_none(disagree.join(", "))),
         row("views left out", or_none(found.left_out.join(", "))),
         row(
@@ -125,7 +136,7 @@ fn found_out(found: &CarvedCapture) -> Vec<(String, String)> {
             ),
         ),
     ];
-    if let Some(shift) = &found.shift {
+    if let Some(shift) = found.shift {
         rows.push(row("image coordinates", shift.to_string()));
     }
     rows

@@ -18,7 +18,7 @@ use silmap_preprocess::pipeline::Photographed;
 use silmap_preprocess::seen::SeenSilhouette;
 
 use crate::args::CarveArgs;
-use crate::commands::capture_page;
+use crate::commands::capture_page::{self, About};
 use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::{interrupt, machine, output};
@@ -198,7 +198,15 @@ impl CarvedCapture {
             output::warn(&format!("{}: {warning}", found.capture.path.display()));
         }
         if let Some(file) = page {
-            file.write(capture_page::page(&found).as_bytes())?;
+            let about = About {
+                capture: &found.capture,
+                carved: &found.carved,
+                warnings: &found.warnings,
+                left_out: &found.left_out,
+                shift: found.shift.as_ref(),
+                agreement: found.describe(),
+            };
+            file.write(capture_page::page(&about).as_bytes())?;
         }
         Ok(found)
     }
