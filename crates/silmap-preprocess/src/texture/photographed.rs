@@ -45,8 +45,9 @@ const SHARPNESS: i32 = 6;
 /// Farther from the border than this a photograph has all of its weight, pixels; at the border it has none.
 const FADE_PX: f64 = 6.0;
 
-/// Weight of the surface's own colour beside those of photographs, so that the one goes over into the others.
-const OWN_WEIGHT: f64 = 1e-3;
+/// Weight of the surface's own colour beside those of photographs, so that the one goes over into the others: a hundredth of what an oblique
+/// photograph has (at a cosine of one half 2.5e-3).
+const OWN_WEIGHT: f64 = 1e-5;
 
 /// The square camera at a photograph's eye that looks at a point with the photograph's own up; `None` where the eye is at that point.
 pub(super) fn camera_at(photograph: &Photograph, target: DVec3, side_px: u32) -> Option<Camera> {
