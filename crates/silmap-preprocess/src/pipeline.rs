@@ -22,9 +22,9 @@ use thiserror::Error;
 pub use crate::build_params::BuildParams;
 use crate::capture::{Backend, CaptureError, capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapError, DenseMapParams};
-use crate::progress::{self, PrepWarning};
+use crate::progress::{self, PrepWarning, Unused};
 use crate::recipe::Recipe;
-use crate::seen::{SeenSilhouette, Unused, Viewpoints, covered, viewpoints};
+use crate::seen::{SeenSilhouette, Viewpoints, covered, viewpoints};
 use crate::simplify_contour::{SimplifyContourParams, add_levels, simplify_contours};
 use crate::simplify_map::{
     SimplifyMapError, SimplifyMapReport, contour_radius, is_readable, simplify,

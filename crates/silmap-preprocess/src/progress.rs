@@ -3,8 +3,6 @@
 use silmap_geometry::defects::counted;
 use silmap_geometry::{HiddenParts, Stage};
 
-use crate::seen::Unused;
-
 /// Drawing the mesh from all views.
 pub const CAPTURE: Stage = Stage("capturing silhouettes");
 /// Tracing and simplifying the outlines.
@@ -17,6 +15,32 @@ pub const REFINE: Stage = Stage("moving views");
 pub const ORDER: Stage = Stage("ordering views");
 /// Taking texture pictures and the atlas.
 pub const TEXTURES: Stage = Stage("taking textures");
+
+/// Why a silhouette is no view of the map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Unused {
+    /// Another one was taken from the same direction.
+    SameDirection {
+        /// The number of the other one.
+        as_view: usize,
+    },
+    /// Its eye is so near to the model, or so much nearer or farther than those beside it, that the views between could not be looked
+    /// at from there.
+    Distance,
+    /// Its eye is in the model's bounding sphere, or a part of it lies behind the eye, seen as the map's pictures are.
+    Behind,
+}
+
+impl Unused {
+    /// The number of another silhouette that is the reason.
+    pub(crate) fn other(self) -> Option<usize> {
+        match self {
+            Self::SameDirection { as_view } => Some(as_view),
+            Self::Distance | Self::Behind => None,
+        }
+    }
+}
 
 /// Something odd that did not stop the work.
 #[derive(Clone, Debug, PartialEq)]

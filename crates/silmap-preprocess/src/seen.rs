@@ -12,6 +12,7 @@ use silmap_geometry::{Bounds, Camera, CameraError, Loop, Mask};
 
 use crate::capture::spiral_directions;
 use crate::dense_map::triangulate_view_sphere;
+use crate::progress::Unused;
 use crate::simplify_contour::{SimplifyContourParams, VERTEX_STEPS_PER_PX, simplify_contours};
 use crate::simplify_map::is_readable;
 
@@ -28,32 +29,6 @@ pub struct SeenSilhouette {
     pub ray_from_image: DMat3,
     /// Share of the outline that was really seen.
     pub photographed: f64,
-}
-
-/// Why a silhouette is no view of the map.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Unused {
-    /// Another one was taken from the same direction.
-    SameDirection {
-        /// The number of the other one.
-        as_view: usize,
-    },
-    /// Its eye is so near to the model, or so much nearer or farther than those beside it, that the views between could not be looked
-    /// at from there.
-    Distance,
-    /// Its eye is in the model's bounding sphere, or a part of it lies behind the eye, seen as the map's pictures are.
-    Behind,
-}
-
-impl Unused {
-    /// The number of another silhouette that is the reason.
-    pub(crate) fn other(self) -> Option<usize> {
-        match self {
-            Self::SameDirection { as_view } => Some(as_view),
-            Self::Distance | Self::Behind => None,
-        }
-    }
 }
 
 /// Eyes this near to each other, seen from the center, look from the same direction: half a degree.
