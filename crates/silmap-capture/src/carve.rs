@@ -123,6 +123,8 @@ pub struct Carved {
     pub mesh: ClosedMesh,
     /// So many views could be outvoted.
     pub outvoted: u32,
+    /// The numbers of views that had no vote.
+    pub left_out: Vec<usize>,
     /// Side of a voxel, length units of the cameras.
     pub voxel: f64,
     /// How the hull agrees with each view.
@@ -219,8 +221,9 @@ pub(crate) fn carve_as_read(
         views: at_origin.iter().collect(),
         voting: voting.iter().collect(),
         around: around.map(|corner| corner - origin),
+        outward: 0.0,
     };
-    let mut warnings = Vec::new();
+    let (mut warnings, mut left_out) = (Vec::new(), Vec::new());
     let outvoted = match params.outvoted {
         Some(k) => k as usize,
         None => {
@@ -229,6 +232,7 @@ pub(crate) fn carve_as_read(
             warnings.extend(spoiled.iter().map(|&v| CaptureWarning::LeftOut {
                 view: at_origin[v].name.clone(),
             }));
+            left_out = spoiled;
             carver.weigh(watch)?
         }
     };
@@ -259,10 +263,43 @@ pub(crate) fn carve_as_read(
     Ok(Carved {
         mesh: mesh.with_origin(origin),
         outvoted: outvoted as u32,
+        left_out,
         voxel: grid.cell,
         residuals,
         warnings,
     })
+}
+
+/// As a capture was carved, with room for what strays beyond: a point is inside of a view's cone if it is no farther than `outward` from
+/// it, in length units.
+///
+/// # Errors
+/// When interrupted.
+pub fn carve_wider(
+    capture: &Capture,
+    carved: &Carved,
+    (outward, voxels): (f64, u32),
+    watch: &Watch<'_>,
+) -> Result<ClosedMesh, CarveError> {
+    let origin = carved.mesh.origin();
+    let at_origin: Vec<CaptureView> = (capture.views.iter().enumerate())
+        .filter(|(k, _)| !carved.left_out.contains(k))
+        .map(|(_, view)| CaptureView {
+            camera: view.camera.moved(-origin),
+            ..view.clone()
+        })
+        .collect();
+    let voting: Vec<FieldView> = (at_origin.par_iter()).map(FieldView::new).collect();
+    let bounds = carved.mesh.bounds();
+    let room = DVec3::splat(4.0 * (outward + carved.voxel));
+    let carver = Carver {
+        views: at_origin.iter().collect(),
+        voting: voting.iter().collect(),
+        around: [bounds.min - room, bounds.max + room],
+        outward,
+    };
+    let (mesh, _) = carver.carve((carved.outvoted as usize, voxels), &mut Vec::new(), watch)?;
+    Ok(mesh.with_origin(origin))
 }
 
 /// Zero, or a point near the box where that is far from the origin of its coordinates.
@@ -279,6 +316,8 @@ struct Carver<'a> {
     views: Vec<&'a CaptureView>,
     voting: Vec<&'a FieldView>,
     around: [DVec3; 2],
+    /// As of [`Field`].
+    outward: f64,
 }
 
 impl Carver<'_> {
@@ -290,6 +329,7 @@ impl Carver<'_> {
             least_seen: ((LEAST_SEEN * count as f64).ceil() as usize)
                 .max(2)
                 .max(outvoted + 1),
+            outward: self.outward,
         }
     }
 
@@ -321,6 +361,7 @@ impl Carver<'_> {
                 views: self.views.clone(),
                 voting: self.voting.clone(),
                 around: self.around,
+                outward: self.outward,
             };
             others.leave_out(&[view]);
             let without = others.missing(&others.views, watch)?;
@@ -496,6 +537,7 @@ impl Trial {
             views: changed.iter().collect(),
             voting: voting.iter().collect(),
             around: bounds::first_box((DVec3::ZERO, distance)),
+            outward: 0.0,
         };
         let outvoted = usize::from(changed.len() >= ONE_WRONG_FROM);
         let size = (outvoted, COARSE_VOXELS);

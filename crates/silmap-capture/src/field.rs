@@ -69,8 +69,9 @@ impl FieldView {
         Some(distance * depth / self.camera.pixels_per_tangent())
     }
 
-    fn say_about(&self, block: &Block) -> Word {
-        let Some((middle, _)) = self.camera.project(block.middle) else {
+    /// What the view says about a block, a point being outside where it is farther than `outward` from the cone.
+    fn say_about(&self, block: &Block, outward: f64) -> Word {
+        let Some((middle, depth)) = self.camera.project(block.middle) else {
             return match self.is_behind(block) {
                 true => Word::Unseen,
                 false => Word::Undecided,
@@ -103,7 +104,9 @@ impl FieldView {
             return Word::Undecided;
         };
         let room = STEEPEST * reach * self.lens.map_or(1.0, |lens| lens.stretch()) + SLACK_PX;
-        if distance > room {
+        // Twice as much as in the middle is more than anywhere in a block that is in front of the camera as a whole.
+        let outward_px = 2.0 * outward * self.camera.pixels_per_tangent() / depth;
+        if distance > room + outward_px {
             Word::Outside
         } else if distance < -room {
             Word::Inside
@@ -167,6 +170,8 @@ pub(crate) struct Field<'a> {
     pub(crate) outvoted: usize,
     /// A point that fewer views see is outside.
     pub(crate) least_seen: usize,
+    /// Points this near to a view's cone are inside of it, length units.
+    pub(crate) outward: f64,
 }
 
 impl Field<'_> {
@@ -186,7 +191,7 @@ impl Field<'_> {
             ..*votes
         };
         for &view in &votes.undecided {
-            match self.views[view as usize].say_about(block) {
+            match self.views[view as usize].say_about(block, self.outward) {
                 Word::Outside => {
                     found.outside += 1;
                     found.seen += 1;
@@ -223,6 +228,6 @@ impl Field<'_> {
             return -most;
         }
         let (_, found, _) = room.select_nth_unstable_by(left, |a, b| b.total_cmp(a));
-        found.clamp(-most, most)
+        (*found - self.outward).clamp(-most, most)
     }
 }

@@ -98,7 +98,7 @@ mod visual_hull;
 
 pub use camera_files::is_capture;
 pub use camera_list::{CameraList, CameraView, read_cameras};
-pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES};
+pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve_wider};
 pub use drawing::{Drawing, DrawingFault};
 pub use error::{CaptureError, CaptureFault};
 pub use folder::{read, read_with};

@@ -33,6 +33,9 @@ const BACK_TO: f64 = 0.35;
 /// A view whose outline is its own by a smaller share disagrees with the rest: its camera may be wrong, or most of its mask.
 const LEAST_PHOTOGRAPHED: f64 = 0.4;
 
+/// This share of the pixels beyond the hull is what a wider hull must have room for.
+const MOST_ENCLOSED: f64 = 0.995;
+
 /// Pixels beside what the hull covers.
 const MARGIN_PX: f64 = 2.0;
 
@@ -50,6 +53,8 @@ pub struct SeenOutline {
     pub ray_from_image: DMat3,
     /// Share of the outline's length that is the mask's own, between 0 and 1.
     pub photographed: f64,
+    /// How far it strays beyond the carved hull, length units at the hull's middle.
+    pub beyond: f64,
 }
 
 /// The outlines of all views, in their order; `None` where a view disagrees with most of the rest or the hull is too near to its camera.
@@ -71,7 +76,9 @@ pub fn seen_outlines(capture: &Capture, carved: &Carved) -> Vec<Option<SeenOutli
             let (_, depth) = drawn.camera.project(middle)?;
             let voxel_px = carved.voxel * drawn.camera.pixels_per_tangent() / depth;
             let noise = LEAST_NOISE_PX.max(voxel_px).max(BEYOND_USUAL * usual);
-            let outline = drawn.outline(&view.outline, (noise, LEAST_WIDTH_PX.max(voxel_px)));
+            let px = depth / drawn.camera.pixels_per_tangent();
+            let widths = (noise, LEAST_WIDTH_PX.max(voxel_px), px);
+            let outline = drawn.outline(&view.outline, widths);
             (outline.photographed >= LEAST_PHOTOGRAPHED).then_some(outline)
         })
         .collect()
@@ -154,8 +161,9 @@ impl Drawn {
             .unwrap_or(0.0)
     }
 
-    /// The outline, the mask's own where it is within `noise` pixels of the hull's, or what is different is not wider than `width`.
-    fn outline(self, own: &[Loop], (noise, width): (f64, f64)) -> SeenOutline {
+    /// The outline, the mask's own where it is within `noise` pixels of the hull's, or what is different is not wider than `width`; `px` is how
+    /// long a pixel is.
+    fn outline(self, own: &[Loop], (noise, width, px): (f64, f64, f64)) -> SeenOutline {
         let replaced = self.replaced(noise, 0.5 * width);
         let shift = DVec2::new(self.before[0].into(), self.before[1].into());
         let mut whole = self.mask.clone();
@@ -180,7 +188,25 @@ impl Drawn {
             outline,
             ray_from_image: DMat3::from_cols(right - origin, down - origin, origin),
             photographed,
+            beyond: px * self.beyond(&whole),
         }
+    }
+
+    /// How far most pixels that the hull does not cover are from those that it does, pixels.
+    fn beyond(&self, whole: &Mask) -> f64 {
+        let mut away: Vec<f64> = Vec::new();
+        for (y, x) in (0..whole.height()).flat_map(|y| (0..whole.width()).map(move |x| (y, x))) {
+            let (column, row) = (i64::from(x), i64::from(y));
+            if whole.get(column, row) && !self.hull.get(column, row) {
+                let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                away.push(self.distances.at(at) + 0.5);
+            }
+        }
+        away.sort_by(f64::total_cmp);
+        let most = (MOST_ENCLOSED * away.len() as f64) as usize;
+        away.get(most.min(away.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(0.0)
     }
 
     /// The pixels where the hull's silhouette takes the mask's place.
@@ -274,7 +300,7 @@ mod tests {
     use silmap_geometry::{ClosedMesh, Watch};
     use silmap_models as models;
 
-    use crate::carve::CarveParams;
+    use crate::carve::{CarveParams, carve_wider};
     use crate::misread::carve;
     use crate::view::CameraFormat;
 
@@ -362,6 +388,48 @@ mod tests {
             let ray = seen.ray_from_image * p.extend(1.0);
             assert!(ray.distance(view.camera.direction(p)) < 1e-12);
         }
+    }
+
+    /// Masks that are a pixel too large here and too small there leave less than each of them shows.
+    #[test]
+    fn a_wider_hull_has_room_for_what_strays() {
+        let capture = capture(|k, _, mask| {
+            let whole = mask.clone();
+            for (y, x) in (1..SIZE.1 - 1).flat_map(|y| (1..SIZE.0 - 1).map(move |x| (y, x))) {
+                let (column, row) = (i64::from(x), i64::from(y));
+                let aside = [(1, 0), (-1, 0), (0, 1), (0, -1)];
+                let mut beside = aside
+                    .iter()
+                    .map(|(dx, dy)| whole.get(column + dx, row + dy));
+                match k % 2 {
+                    0 => mask.set(x, y, whole.get(column, row) || beside.any(|is_set| is_set)),
+                    _ => mask.set(x, y, whole.get(column, row) && beside.all(|is_set| is_set)),
+                }
+            }
+        });
+        let params = CarveParams {
+            voxels: 64,
+            outvoted: Some(0),
+        };
+        let carved = carve(&capture, &params, &Watch::silent()).unwrap();
+        let outlines = seen_outlines(&capture, &carved);
+        let beyond = (outlines.iter().flatten())
+            .map(|o| o.beyond)
+            .fold(0.0, f64::max);
+        let wider = carve_wider(&capture, &carved, (beyond, 64), &Watch::silent()).unwrap();
+        let missing = |mesh: &TriangleMesh| {
+            let share = |(view, outline): (&CaptureView, &Option<SeenOutline>)| {
+                let mut own = Mask::new(SIZE.0, SIZE.1);
+                fill_non_zero(&outline.as_ref().unwrap().outline, &mut own);
+                let drawn = silhouette(mesh, &view.camera).unwrap();
+                own.count_missing_in(&drawn) as f64 / own.count() as f64
+            };
+            let shares = capture.views.iter().zip(&outlines).map(share);
+            shares.fold(0.0, f64::max)
+        };
+        let (narrow, wide) = (missing(carved.mesh.mesh()), missing(wider.mesh()));
+        assert!(wide < 0.003, "{wide} of an outline is cut off");
+        assert!(narrow > 10.0 * wide.max(0.002), "the control: {narrow}");
     }
 
     #[test]

@@ -121,6 +121,8 @@ pub struct Photographed {
     pub silhouettes: Vec<SeenSilhouette>,
     /// The photographs themselves, their cameras in the model's coordinates; its textures are made of them.
     pub photographs: Vec<Photograph>,
+    /// A mesh around it that has room for the silhouettes where they stray beyond it; the hull is made around this.
+    pub wider: Option<ClosedMesh>,
 }
 
 /// Makes the asset of a model, rounded as its file will be.
@@ -175,16 +177,21 @@ pub fn build_photographed(
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
-        let sequence = hull::build(model, &params.hull, watch)?;
+        let wider = seen.wider.as_ref();
+        let sequence = hull::build(wider.unwrap_or(model), &params.hull, watch)?;
         let faces = params.hull.target_faces as usize;
         let level = sequence.tightened_level(faces, params.tightening, watch)?;
         let rounded = level.round();
-        Ok::<_, HullError>(CoarseHull {
+        let mut hull = CoarseHull {
             positions: rounded.positions,
             faces: rounded.faces,
             surface_points: rounded.surface_points,
             volume_ratio: rounded.volume_ratio,
-        })
+        };
+        if let Some(wider) = wider {
+            about_model(&mut hull, (model, &tree), wider);
+        }
+        Ok::<_, HullError>(hull)
     })?;
     let textures = timed(&mut seconds.textures, || {
         texture::bake_photographed(
@@ -454,6 +461,15 @@ fn check_readable(dense: &SilhouetteMap, params: &BuildParams) -> Result<(), Bui
         views: params.views,
         radius_rel: params.view_radius_rel,
     })
+}
+
+/// Makes the hull of a wider mesh that of the model.
+fn about_model(hull: &mut CoarseHull, (model, tree): (&ClosedMesh, &Bvh), wider: &ClosedMesh) {
+    for point in &mut hull.surface_points {
+        let (closest, _, _) = tree.closest_point(Vec3::from(*point).as_dvec3());
+        *point = closest.as_vec3().to_array();
+    }
+    hull.volume_ratio *= wider.mesh().volume() / model.mesh().volume();
 }
 
 /// Looks whether the hull in single precision encloses the model, or the model an inner one.

@@ -190,7 +190,10 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         |recipe| recipe.build.clone(),
     );
     let named = || model_path.display().to_string();
-    let seen = (carved.as_mut()).map_or_else(Photographed::default, CarvedCapture::photographed);
+    let seen = (carved.as_mut())
+        .map(CarvedCapture::photographed)
+        .transpose()?
+        .unwrap_or_default();
     let (mut asset, report) = build_watched(&model, &seen, &params).with_context(named)?;
     if let Some(views) = recipe.and_then(|recipe| recipe.fewer_views) {
         asset = keep_fewer_views(&asset, ViewGoal::Keep(views)).with_context(named)?;

@@ -8,8 +8,8 @@ use anyhow::Context;
 use serde::Serialize;
 use silmap_capture::{
     Capture, CaptureView, CaptureWarning, CarveParams, Carved, GainRange, ImageShift, MaskOptions,
-    Matrix34, Misread, Painted, ShiftKind, ViewPhotograph, carve, disagreeing, even_out,
-    image_shift, median, misread, paint, photographs, read_with, seen_outlines,
+    Matrix34, Misread, Painted, ShiftKind, ViewPhotograph, carve, carve_wider, disagreeing,
+    even_out, image_shift, median, misread, paint, photographs, read_with, seen_outlines,
 };
 use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
@@ -25,6 +25,9 @@ use crate::{interrupt, machine, output};
 
 /// Photographs keep so many pixels a side for each of a texture view's.
 const PHOTOGRAPH_OVER_TEXTURE: u32 = 2;
+
+/// The hull has room for silhouettes that stray beyond the carved one by this share of its longest side.
+const MOST_WIDER: f64 = 0.03;
 
 /// A capture and the hull that was carved from it.
 #[derive(Debug)]
@@ -293,8 +296,24 @@ impl CarvedCapture {
     }
 
     /// The photographs' own silhouettes, and the photographs, of which none is left here.
-    pub(crate) fn photographed(&mut self) -> Photographed {
+    ///
+    /// # Errors
+    /// When interrupted.
+    pub(crate) fn photographed(&mut self) -> anyhow::Result<Photographed> {
         let outlines = seen_outlines(&self.capture, &self.carved);
+        let bounds = self.carved.mesh.bounds();
+        let longest = (bounds.max - bounds.min).max_element();
+        let beyond = outlines
+            .iter()
+            .flatten()
+            .map(|o| o.beyond)
+            .fold(0.0, f64::max);
+        let size = (
+            beyond.min(MOST_WIDER * longest),
+            (longest / self.carved.voxel).ceil() as u32,
+        );
+        let wider =
+            Progress::new().watch(|watch| carve_wider(&self.capture, &self.carved, size, watch))?;
         let pairs = self.capture.views.iter().zip(outlines);
         let silhouettes = pairs.filter_map(|(view, seen)| {
             seen.map(|seen| SeenSilhouette {
@@ -307,10 +326,11 @@ impl CarvedCapture {
         });
         let silhouettes = silhouettes.collect();
         let photographs = std::mem::take(&mut self.photographs).into_iter();
-        Photographed {
+        Ok(Photographed {
             silhouettes,
             photographs: photographs.map(|view| view.photograph).collect(),
-        }
+            wider: Some(wider),
+        })
     }
 
     /// What is printed with an asset that has this map.

@@ -122,7 +122,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
         resolution_px: fitting_resolution_px(&carved.capture),
         ..demo_params()
     };
-    let seen = carved.photographed();
+    let seen = carved.photographed()?;
     let model = carved.model();
     let (asset, _) = build_watched(&model, &seen, &params).context("the demo's capture")?;
     drop(seen);
