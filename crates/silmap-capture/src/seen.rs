@@ -34,7 +34,7 @@ const BACK_TO: f64 = 0.35;
 const LEAST_PHOTOGRAPHED: f64 = 0.4;
 
 /// This share of the pixels beyond the hull is what a wider hull must have room for.
-const MOST_ENCLOSED: f64 = 0.995;
+const MOST_ENCLOSED: f64 = 0.95;
 
 /// Pixels beside what the hull covers.
 const MARGIN_PX: f64 = 2.0;

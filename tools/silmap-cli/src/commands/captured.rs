@@ -26,8 +26,8 @@ use crate::{interrupt, machine, output};
 /// Photographs keep so many pixels a side for each of a texture view's.
 const PHOTOGRAPH_OVER_TEXTURE: u32 = 2;
 
-/// The hull has room for silhouettes that stray beyond the carved one by this share of its longest side.
-const MOST_WIDER: f64 = 0.03;
+/// The hull has room for silhouettes that stray beyond the carved one by this share of its longest side, at most.
+const MOST_WIDER: f64 = 0.01;
 
 /// A capture and the hull that was carved from it.
 #[derive(Debug)]
@@ -303,11 +303,10 @@ impl CarvedCapture {
         let outlines = seen_outlines(&self.capture, &self.carved);
         let bounds = self.carved.mesh.bounds();
         let longest = (bounds.max - bounds.min).max_element();
-        let beyond = outlines
-            .iter()
-            .flatten()
-            .map(|o| o.beyond)
-            .fold(0.0, f64::max);
+        let mut beyond: Vec<f64> = outlines.iter().flatten().map(|o| o.beyond).collect();
+        beyond.sort_by(f64::total_cmp);
+        // Most views are enough: a few bad masks would make the hull wide.
+        let beyond = beyond.get(3 * beyond.len() / 4).copied().unwrap_or(0.0);
         let size = (
             beyond.min(MOST_WIDER * longest),
             (longest / self.carved.voxel).ceil() as u32,
