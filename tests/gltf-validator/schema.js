@@ -42,8 +42,8 @@ function changed(extension, at, change) {
 }
 
 const OPTIONAL = new Set([
-  "model.origin", "build.params", "build.uniformCurveView", "build.collapseOrderView", "map.levelsView", "textures.atlas",
-  "textures.atlas.normals",
+  "model.origin", "build.params", "build.uniformCurveView", "build.collapseOrderView", "map.levelsView", "map.photographed",
+  "textures.atlas", "textures.atlas.normals",
 ]);
 
 /** What the schema takes and must not, or refuses and must not. */
