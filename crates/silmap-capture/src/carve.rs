@@ -1,8 +1,8 @@
 //! Carving: the visual hull of all masks but a few bad ones, as a closed mesh.
 //!
 //! How many votes may be wrong is found by trying: more are allowed as long as the median overlap with the masks becomes better by
-//! [`WORTH`]. Before that, a view that alone carves away much of what all others keep is left out: its mask or its camera is wrong. Noise carves away what one view in a hundred does not show, and then most masks reach beyond the hull; votes that are
-//! not needed make the hull larger than most masks.
+//! [`WORTH`]. Before that, a view that alone carves away much of what all others keep is left out: its mask or its camera is wrong.
+//! Noise carves away what one view in a hundred does not show; votes that are not needed make the hull larger than most masks.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -274,7 +274,7 @@ pub(crate) fn carve_as_read(
 /// it, in length units.
 ///
 /// # Errors
-/// When interrupted.
+/// When interrupted, or nothing is left.
 pub fn carve_wider(
     capture: &Capture,
     carved: &Carved,
@@ -354,7 +354,11 @@ impl Carver<'_> {
         let mut suspects: Vec<usize> = (0..count).filter(|&v| beside[v] > most).collect();
         suspects.sort_by(|&a, &b| beside[b].total_cmp(&beside[a]));
         suspects.truncate(MOST_SUSPECTS.min(count / 5));
+        if suspects.is_empty() {
+            return Ok(suspects);
+        }
         // A view may be alone in bounding the object, and right. Then the others' masks are covered with it and without.
+        let with = self.missing(watch)?;
         let mut spoiled = Vec::new();
         for view in suspects {
             let mut others = Carver {
@@ -364,9 +368,10 @@ impl Carver<'_> {
                 outward: self.outward,
             };
             others.leave_out(&[view]);
-            let without = others.missing(&others.views, watch)?;
-            let with = self.missing(&others.views, watch)?;
-            if with - without > WORTH_LEAVING_OUT {
+            let without = others.missing(watch)?;
+            let of_others = |k: &usize| *k != view;
+            let with: f64 = (0..count).filter(of_others).map(|k| with[k]).sum();
+            if with - without.iter().sum::<f64>() > WORTH_LEAVING_OUT * (count - 1) as f64 {
                 spoiled.push(view);
             }
         }
@@ -374,15 +379,14 @@ impl Carver<'_> {
         Ok(spoiled)
     }
 
-    /// The mean share of the masks that a hull which outvotes none does not cover.
-    fn missing(&self, of: &[&CaptureView], watch: &Watch<'_>) -> Result<f64, CarveError> {
+    /// The share of each mask that a hull which outvotes none does not cover.
+    fn missing(&self, watch: &Watch<'_>) -> Result<Vec<f64>, CarveError> {
         let (mesh, _) = match self.carve((0, TRIAL_VOXELS), &mut Vec::new(), &watch.quiet()) {
-            Err(CarveError::Empty { .. }) => return Ok(1.0),
+            Err(CarveError::Empty { .. }) => return Ok(vec![1.0; self.views.len()]),
             other => other?,
         };
-        let found = residuals(&mesh, of.iter().copied());
-        let missing = found.iter().map(|r| r.map_or(0.0, |r| r.missing));
-        Ok(missing.sum::<f64>() / of.len().max(1) as f64)
+        let found = residuals(&mesh, self.views.iter().copied());
+        Ok(found.iter().map(|r| r.map_or(0.0, |r| r.missing)).collect())
     }
 
     /// Takes the votes of some views away.
@@ -500,8 +504,14 @@ impl Trial {
         let stride = views.len().div_ceil(MOST_TRIED).max(1);
         let tried: Vec<&CaptureView> = views.iter().step_by(stride).collect();
         let with_distances = |view: &&CaptureView| {
-            let field = FieldView::new(view);
-            ((*view).clone(), field)
+            // Votes by the mask of the straight image, which any camera may have.
+            let straight = CaptureView {
+                lens: None,
+                taken: None,
+                ..(*view).clone()
+            };
+            let field = FieldView::new(&straight);
+            (straight, field)
         };
         Self {
             views: tried.par_iter().map(with_distances).collect(),

@@ -8,6 +8,8 @@
 //! Source: A. Laurentini. The Visual Hull Concept for Silhouette-Based Image Understanding. IEEE PAMI 16(2), 1994.
 //! Deviations: some votes may be wrong; what is outside of the images is unknown.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 use crate::lens::Lens;
@@ -22,9 +24,9 @@ pub(crate) struct FieldView {
     /// The lens through which the mask was taken.
     lens: Option<Lens>,
     /// To the mask's outline, in the photograph.
-    distances: SignedDistance,
+    distances: Arc<SignedDistance>,
     /// Distances to the border of what its photograph shows, where that is not all of the image.
-    known: Option<SignedDistance>,
+    known: Option<Arc<SignedDistance>>,
 }
 
 /// Interpolated distances are this much steeper than one pixel a pixel, at most: √2, and rounding.
@@ -38,8 +40,10 @@ impl FieldView {
         Self {
             camera: view.camera,
             lens: view.lens,
-            distances: SignedDistance::new(view.taken.as_ref().unwrap_or(&view.mask)),
-            known: view.known.as_ref().map(SignedDistance::new),
+            distances: Arc::new(SignedDistance::new(
+                view.taken.as_ref().unwrap_or(&view.mask),
+            )),
+            known: (view.known.as_ref()).map(|known| Arc::new(SignedDistance::new(known))),
         }
     }
 

@@ -111,7 +111,7 @@ pub use paint::{PAINT, Painted, paint};
 pub use photographs::{PHOTOGRAPHS, ViewPhotograph, photographs};
 pub use pinhole::{Matrix34, Pinhole, PinholeFault};
 pub use reading::{Misread, Reading};
-pub use residual::{Residual, disagreeing, median, residuals, silhouette};
+pub use residual::{Residual, disagreeing, median, quantile, residuals, silhouette};
 pub use seen::{SeenOutline, seen_outlines};
 pub use shift::{ImageShift, ShiftKind};
 pub use tangency::image_shift;

@@ -229,7 +229,7 @@ impl Background {
         let [low, high] = LIKE_BACKGROUND.map(|share| share * self.inside);
         let most = (SPREADS * self.spread).clamp(low, high);
         let mut alike = Mask::new(mask.width(), mask.height());
-        for (x, y) in pixels_of(mask) {
+        for (x, y) in mask.pixels() {
             alike.set(x, y, self.off(colours, (x, y)) <= most);
         }
         // Only where all around it is alike: pores and grain are the object's.
@@ -240,7 +240,7 @@ impl Background {
         };
         let mut rest = mask.clone();
         let mut taken = 0;
-        for (x, y) in pixels_of(mask) {
+        for (x, y) in mask.pixels() {
             if alike.get(x.into(), y.into()) && is_like_background(x, y) {
                 rest.set(x, y, false);
                 taken += 1;
@@ -269,14 +269,6 @@ impl Background {
 fn colour_of(colours: &ColourImage, (x, y): (u32, u32)) -> [f64; 3] {
     let at = 4 * (y as usize * colours.width as usize + x as usize);
     [0, 1, 2].map(|c| f64::from(colours.rgba[at + c]))
-}
-
-/// The pixels of a mask.
-fn pixels_of(mask: &Mask) -> impl Iterator<Item = (u32, u32)> {
-    let (low, high) = bounds_of(mask).unwrap_or(([0; 2], [0; 2]));
-    (low[1]..high[1])
-        .flat_map(move |y| (low[0]..high[0]).map(move |x| (x, y)))
-        .filter(|&(x, y)| mask.get(x.into(), y.into()))
 }
 
 /// Pixels that lie so far inside a mask's border.
@@ -390,7 +382,7 @@ mod tests {
     fn holes_that_a_mask_lacks_show_no_background() {
         let (view, mut colours) = disc(0.0);
         let middle = DVec2::new(60.0, 50.0);
-        for (x, y) in pixels_of(&view.mask) {
+        for (x, y) in view.mask.pixels() {
             if centre_of(x, y).distance(middle) < 7.0 {
                 let at = 4 * (y * colours.width + x) as usize;
                 colours.rgba[at..at + 3].copy_from_slice(&[22, 19, 12]);
@@ -404,7 +396,7 @@ mod tests {
         assert_eq!((look(middle), look(middle + DVec2::X * 6.0)), (None, None));
         assert!(look(middle + DVec2::new(0.0, 12.0)).is_some());
         // An object that looks like the background in many places is left as it is.
-        for (x, y) in pixels_of(&view.mask).filter(|(x, _)| x % 6 < 3) {
+        for (x, y) in view.mask.pixels().filter(|(x, _)| x % 6 < 3) {
             let at = 4 * (y * colours.width + x) as usize;
             colours.rgba[at..at + 3].copy_from_slice(&[22, 19, 12]);
         }

@@ -224,6 +224,14 @@ impl Pinhole {
         self.principal + DVec2::new(self.focal.x * x + self.skew * y, self.focal.y * y)
     }
 
+    /// Takes an image point with a 1 appended to what [`Pinhole::direction`] has for it.
+    #[must_use]
+    pub fn ray_from_image(&self) -> DMat3 {
+        let [origin, right, down] =
+            [DVec2::ZERO, DVec2::X, DVec2::Y].map(|image| self.direction(image));
+        DMat3::from_cols(right - origin, down - origin, origin)
+    }
+
     /// Whether an image point lies in the picture.
     #[must_use]
     pub fn shows(&self, image: DVec2) -> bool {

@@ -84,10 +84,16 @@ pub fn silhouette(mesh: &TriangleMesh, camera: &Pinhole) -> Option<Mask> {
 /// The number in the middle; the lower one of two. `None` of nothing.
 #[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+/// The number that a share of the others are no larger than; the lower one of two. `None` of nothing.
+#[must_use]
+pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut sorted: Vec<f64> = values.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len().checked_sub(1)? / 2;
-    sorted.get(middle).copied()
+    let last = sorted.len().checked_sub(1)?;
+    sorted.get((share * last as f64) as usize).copied()
 }
 
 /// Deviations from the median that a view of the rest is within.

@@ -4,14 +4,17 @@
 //! of a mask, a blob of background) the other masks have outvoted it, and the hull's silhouette takes its place, as it does where the
 //! object leaves the image. What share is left of the mask is known for each outline.
 
-use glam::{DMat3, DVec2, DVec3};
+use std::cell::LazyCell;
+
+use glam::DVec2;
 use rayon::prelude::*;
+use silmap_geometry::camera::MAX_SIDE_PX;
 use silmap_geometry::trace::trace_contours;
-use silmap_geometry::{Loop, Mask, TriangleMesh, polygon};
+use silmap_geometry::{Loop, Mask, SeenSilhouette, TriangleMesh, polygon};
 
 use crate::carve::Carved;
 use crate::pinhole::Pinhole;
-use crate::residual::{median, silhouette};
+use crate::residual::{median, quantile, silhouette};
 use crate::signed_distance::SignedDistance;
 use crate::view::{Capture, CaptureView};
 
@@ -42,17 +45,14 @@ const MARGIN_PX: f64 = 2.0;
 /// An object this much larger than its image, in images, is not completed.
 const MOST_BESIDE: f64 = 2.0;
 
+/// Nor is one that makes the picture of both so many times as large as the image.
+const MOST_LARGER: f64 = 4.0;
+
 /// A photograph's outline of the whole object.
 #[derive(Clone, Debug)]
 pub struct SeenOutline {
-    /// Where the camera stands, in the coordinates of the hull's mesh.
-    pub eye: DVec3,
-    /// Outer loops and holes, in pixels of the image, which they may leave.
-    pub outline: Vec<Loop>,
-    /// Takes an image point with a 1 appended to the direction of its ray.
-    pub ray_from_image: DMat3,
-    /// Share of the outline's length that is the mask's own, between 0 and 1.
-    pub photographed: f64,
+    /// The outline, in the coordinates of the hull's mesh.
+    pub silhouette: SeenSilhouette,
     /// How far it strays beyond the carved hull, length units at the hull's middle.
     pub beyond: f64,
 }
@@ -67,8 +67,8 @@ pub fn seen_outlines(capture: &Capture, carved: &Carved) -> Vec<Option<SeenOutli
             Drawn::of(carved.mesh.mesh(), &view.camera.moved(-origin), view)
         })
         .collect();
-    let usual = drawn.iter().flatten().map(|d| d.noise(&d.mask));
-    let usual = median(usual).unwrap_or(0.0);
+    let noises: Vec<f64> = drawn.par_iter().flatten().map(Drawn::noise).collect();
+    let usual = median(noises).unwrap_or(0.0);
     (capture.views.par_iter().zip(drawn))
         .map(|(view, drawn)| {
             let drawn = drawn?;
@@ -78,8 +78,8 @@ pub fn seen_outlines(capture: &Capture, carved: &Carved) -> Vec<Option<SeenOutli
             let noise = LEAST_NOISE_PX.max(voxel_px).max(BEYOND_USUAL * usual);
             let px = depth / drawn.camera.pixels_per_tangent();
             let widths = (noise, LEAST_WIDTH_PX.max(voxel_px), px);
-            let outline = drawn.outline(&view.outline, widths);
-            (outline.photographed >= LEAST_PHOTOGRAPHED).then_some(outline)
+            let outline = drawn.outline(view, widths);
+            (outline.silhouette.photographed >= LEAST_PHOTOGRAPHED).then_some(outline)
         })
         .collect()
 }
@@ -111,18 +111,18 @@ impl Drawn {
                 .all()
                 .then(|| px.as_uvec2().to_array())
         };
-        let is_in = |beside: DVec2| beside.cmple(DVec2::splat(-MARGIN_PX)).all();
         let (before, after) = (room(-low)?, room(high - size)?);
-        let (before, after) = match is_in(-low) && is_in(high - size) {
-            true => ([0; 2], [0; 2]),
-            false => (before, after),
-        };
         let wide = Pinhole {
             width: camera.width + before[0] + after[0],
             height: camera.height + before[1] + after[1],
             principal: camera.principal + DVec2::new(before[0].into(), before[1].into()),
             ..*camera
         };
+        let is_too_large =
+            f64::from(wide.width) * f64::from(wide.height) > MOST_LARGER * size.x * size.y;
+        if is_too_large || wide.width.max(wide.height) > MAX_SIDE_PX {
+            return None;
+        }
         let drawn = silhouette(hull, &wide)?;
         let mut shown = Mask::new(wide.width, wide.height);
         for y in 0..camera.height {
@@ -143,27 +143,22 @@ impl Drawn {
     }
 
     /// The distance from the hull's outline that most pixels along the mask's are within.
-    fn noise(&self, mask: &Mask) -> f64 {
-        let mut away: Vec<f64> = Vec::new();
-        for y in 1..i64::from(mask.height()) {
-            for x in 1..i64::from(mask.width()) {
-                let is_border =
-                    mask.get(x, y) != mask.get(x - 1, y) || mask.get(x, y) != mask.get(x, y - 1);
-                if is_border && self.shown.get(x - 1, y) && self.shown.get(x, y - 1) {
-                    let at = DVec2::new(x as f64, y as f64);
-                    away.push(self.distances.at(at).abs());
-                }
-            }
-        }
-        away.sort_by(f64::total_cmp);
-        away.get((USUAL * away.len() as f64) as usize)
-            .copied()
-            .unwrap_or(0.0)
+    fn noise(&self) -> f64 {
+        let mask = &self.mask;
+        let away = (self.shown.pixels()).filter_map(|(column, row)| {
+            let (x, y) = (i64::from(column), i64::from(row));
+            let differs = |x: i64, y: i64, other: (i64, i64)| {
+                self.shown.get(other.0, other.1) && mask.get(x, y) != mask.get(other.0, other.1)
+            };
+            let is_border = differs(x, y, (x - 1, y)) || differs(x, y, (x, y - 1));
+            is_border.then(|| self.distances.at(DVec2::new(x as f64, y as f64)).abs())
+        });
+        quantile(away, USUAL).unwrap_or(0.0)
     }
 
-    /// The outline, the mask's own where it is within `noise` pixels of the hull's, or what is different is not wider than `width`; `px` is how
-    /// long a pixel is.
-    fn outline(self, own: &[Loop], (noise, width, px): (f64, f64, f64)) -> SeenOutline {
+    /// The outline, the mask's own where it is within `noise` pixels of the hull's, or what is different is not wider than `width`; `px` is
+    /// how long a pixel is.
+    fn outline(self, view: &CaptureView, (noise, width, px): (f64, f64, f64)) -> SeenOutline {
         let replaced = self.replaced(noise, 0.5 * width);
         let shift = DVec2::new(self.before[0].into(), self.before[1].into());
         let mut whole = self.mask.clone();
@@ -173,7 +168,7 @@ impl Drawn {
             *own = *own & !replaced | hull & replaced;
         }
         let (outline, photographed) = match whole == self.mask {
-            true => (own.to_vec(), 1.0),
+            true => (view.outline.clone(), 1.0),
             false => {
                 let traced = trace_contours(&whole);
                 let photographed = share_beside(&traced, &replaced);
@@ -181,80 +176,69 @@ impl Drawn {
                 (traced.into_iter().map(back).collect(), photographed)
             }
         };
-        let [origin, right, down] =
-            [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| self.camera.direction(p));
         SeenOutline {
-            eye: self.camera.eye,
-            outline,
-            ray_from_image: DMat3::from_cols(right - origin, down - origin, origin),
-            photographed,
+            silhouette: SeenSilhouette {
+                name: view.name.clone(),
+                eye: self.camera.eye,
+                outline,
+                ray_from_image: self.camera.ray_from_image(),
+                photographed,
+            },
             beyond: px * self.beyond(&whole),
         }
     }
 
     /// How far most pixels that the hull does not cover are from those that it does, pixels.
     fn beyond(&self, whole: &Mask) -> f64 {
-        let mut away: Vec<f64> = Vec::new();
-        for (y, x) in (0..whole.height()).flat_map(|y| (0..whole.width()).map(move |x| (y, x))) {
-            let (column, row) = (i64::from(x), i64::from(y));
-            if whole.get(column, row) && !self.hull.get(column, row) {
-                let at = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                away.push(self.distances.at(at) + 0.5);
-            }
-        }
-        away.sort_by(f64::total_cmp);
-        let most = (MOST_ENCLOSED * away.len() as f64) as usize;
-        away.get(most.min(away.len().saturating_sub(1)))
-            .copied()
-            .unwrap_or(0.0)
+        let beside = (whole.pixels()).filter(|&(x, y)| !self.hull.get(x.into(), y.into()));
+        let away = beside.map(|pixel| self.distances.at(middle_of(pixel)) + 0.5);
+        quantile(away, MOST_ENCLOSED).unwrap_or(0.0)
     }
 
     /// The pixels where the hull's silhouette takes the mask's place.
     fn replaced(&self, noise: f64, half_width: f64) -> Mask {
         let (width, height) = (self.mask.width(), self.mask.height());
-        let mut found = Mask::new(width, height);
-        let mut different = self.mask.clone();
+        let (mut found, mut different) = (Mask::new(width, height), self.mask.clone());
+        for y in 0..height {
+            found.set_span(y, 0, width.into());
+        }
+        for (word, shown) in found.words_mut().iter_mut().zip(self.shown.words()) {
+            *word &= !shown;
+        }
         for ((word, &hull), &shown) in
             (different.words_mut().iter_mut().zip(self.hull.words())).zip(self.shown.words())
         {
             *word = (*word ^ hull) & shown;
         }
-        let inside = SignedDistance::new(&different);
-        let is_wide = |x: u32, y: u32| {
-            inside.at(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)) <= -half_width
-        };
-        let mut open: Vec<(u32, u32)> = Vec::new();
-        let stray = |x: i64, y: i64| {
-            let is_shown = self.shown.get(x, y) && self.mask.get(x, y) != self.hull.get(x, y);
-            match is_shown {
-                true => self
-                    .distances
-                    .at(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))
-                    .abs(),
-                false => 0.0,
-            }
-        };
-        for y in 0..height {
-            for x in 0..width {
-                if !self.shown.get(x.into(), y.into()) {
-                    found.set(x, y, true);
-                } else if stray(x.into(), y.into()) > noise && is_wide(x, y) {
-                    found.set(x, y, true);
-                    open.push((x, y));
-                }
-            }
+        let stray = |pixel| self.distances.at(middle_of(pixel)).abs();
+        // Few views stray anywhere, and only they need to know how wide they do.
+        let inside = LazyCell::new(|| SignedDistance::new(&different));
+        let is_wide = |pixel| inside.at(middle_of(pixel)) <= -half_width;
+        let mut open: Vec<(u32, u32)> = (different.pixels())
+            .filter(|&pixel| stray(pixel) > noise && is_wide(pixel))
+            .collect();
+        for &(x, y) in &open {
+            found.set(x, y, true);
         }
         while let Some((x, y)) = open.pop() {
             for (dx, dy) in [(-1, 0), (1, 0), (0, -1), (0, 1)] {
-                let (x, y) = (i64::from(x) + dx, i64::from(y) + dy);
-                if !found.get(x, y) && stray(x, y) > BACK_TO * noise {
-                    found.set(x as u32, y as u32, true);
-                    open.push((x as u32, y as u32));
+                let (column, row) = (i64::from(x) + dx, i64::from(y) + dy);
+                if found.get(column, row) || !different.get(column, row) {
+                    continue;
+                }
+                let pixel = (column as u32, row as u32);
+                if stray(pixel) > BACK_TO * noise {
+                    found.set(pixel.0, pixel.1, true);
+                    open.push(pixel);
                 }
             }
         }
         found
     }
+}
+
+fn middle_of((x, y): (u32, u32)) -> DVec2 {
+    DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
 }
 
 /// A mask in a larger image.
@@ -263,12 +247,8 @@ fn moved(mask: &Mask, [left, above]: [u32; 2], wide: &Pinhole) -> Mask {
         return mask.clone();
     }
     let mut found = Mask::new(wide.width, wide.height);
-    for y in 0..mask.height() {
-        for x in 0..mask.width() {
-            if mask.get(x.into(), y.into()) {
-                found.set(x + left, y + above, true);
-            }
-        }
+    for (x, y) in mask.pixels() {
+        found.set(x + left, y + above, true);
     }
     found
 }
@@ -296,82 +276,38 @@ fn share_beside(loops: &[Loop], replaced: &Mask) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use silmap_geometry::Watch;
     use silmap_geometry::polygon::{fill_non_zero, signed_area};
-    use silmap_geometry::{ClosedMesh, Watch};
-    use silmap_models as models;
 
-    use crate::carve::{CarveParams, carve_wider};
-    use crate::misread::carve;
-    use crate::view::CameraFormat;
+    use crate::carve::carve_wider;
+    use crate::tests::{self, SIZE, cameras, carved, model};
 
-    const SIZE: (u32, u32) = (240, 200);
-
-    fn camera(k: usize, count: usize) -> Pinhole {
-        let turn = std::f64::consts::TAU * k as f64 / count as f64;
-        let eye = 6.0 * DVec3::new(turn.cos(), turn.sin(), 0.7 * (2.0 * turn).sin());
-        let forward = -eye.normalize_or_zero();
-        let right = forward.cross(DVec3::Z).normalize_or_zero();
-        let lens = (DVec2::new(330.0, 320.0), DVec2::new(124.3, 93.7));
-        Pinhole::from_pose(eye, [right, forward.cross(right), forward], lens, SIZE).unwrap()
-    }
-
-    fn model() -> TriangleMesh {
-        models::torus(3000)
-    }
+    const VIEWS: usize = 18;
 
     /// The capture of a torus; `spoil` changes masks.
     fn capture(spoil: impl Fn(usize, &mut Pinhole, &mut Mask)) -> Capture {
-        let count = 18;
-        let views = (0..count).map(|k| {
-            let mut camera = camera(k, count);
-            let mut mask = silhouette(&model(), &camera).unwrap();
-            spoil(k, &mut camera, &mut mask);
-            CaptureView {
-                name: format!("view_{k:02}"),
-                camera,
-                outline: trace_contours(&mask),
-                mask,
-                photo: None,
-                lens: None,
-                taken: None,
-                known: None,
-            }
-        });
-        Capture {
-            name: "torus".to_owned(),
-            path: "cameras.json".into(),
-            format: CameraFormat::CamerasJson,
-            pixel_centre: 0.5,
-            object_bounds: None,
-            views: views.collect(),
-            listed: count,
-            warnings: Vec::new(),
+        let mut capture = tests::capture(VIEWS);
+        for (k, view) in capture.views.iter_mut().enumerate() {
+            spoil(k, &mut view.camera, &mut view.mask);
+            view.outline = trace_contours(&view.mask);
         }
+        capture
     }
 
     fn seen(capture: &Capture, outvoted: u32) -> Vec<Option<SeenOutline>> {
-        let params = CarveParams {
-            voxels: 64,
-            outvoted: Some(outvoted),
-        };
-        let carved = carve(capture, &params, &Watch::silent()).unwrap();
-        let _: &ClosedMesh = &carved.mesh;
-        seen_outlines(capture, &carved)
+        seen_outlines(capture, &carved(capture, Some(outvoted)).unwrap())
     }
 
     fn area(outline: &SeenOutline) -> f64 {
-        outline
-            .outline
-            .iter()
-            .map(|points| signed_area(points))
-            .sum()
+        let loops = outline.silhouette.outline.iter();
+        loops.map(|points| signed_area(points)).sum()
     }
 
     #[test]
     fn outlines_of_good_masks_are_their_own() {
         let capture = capture(|_, _, _| ());
         for (view, seen) in capture.views.iter().zip(seen(&capture, 0)) {
-            let seen = seen.unwrap();
+            let seen = seen.unwrap().silhouette;
             let name = &view.name;
             assert_eq!(seen.photographed, 1.0, "{name}");
             let area = |loops: &[Loop]| loops.iter().map(|l| signed_area(l)).sum::<f64>();
@@ -385,7 +321,7 @@ mod tests {
             );
             // The rays are those of the camera.
             let p = DVec2::new(31.0, 77.5);
-            let ray = seen.ray_from_image * p.extend(1.0);
+            let ray = seen.ray(p);
             assert!(ray.distance(view.camera.direction(p)) < 1e-12);
         }
     }
@@ -407,11 +343,7 @@ mod tests {
                 }
             }
         });
-        let params = CarveParams {
-            voxels: 64,
-            outvoted: Some(0),
-        };
-        let carved = carve(&capture, &params, &Watch::silent()).unwrap();
+        let carved = carved(&capture, Some(0)).unwrap();
         let outlines = seen_outlines(&capture, &carved);
         let beyond = (outlines.iter().flatten())
             .map(|o| o.beyond)
@@ -420,7 +352,7 @@ mod tests {
         let missing = |mesh: &TriangleMesh| {
             let share = |(view, outline): (&CaptureView, &Option<SeenOutline>)| {
                 let mut own = Mask::new(SIZE.0, SIZE.1);
-                fill_non_zero(&outline.as_ref().unwrap().outline, &mut own);
+                fill_non_zero(&outline.as_ref().unwrap().silhouette.outline, &mut own);
                 let drawn = silhouette(mesh, &view.camera).unwrap();
                 own.count_missing_in(&drawn) as f64 / own.count() as f64
             };
@@ -439,7 +371,7 @@ mod tests {
             if k == 5 {
                 for y in 0..200 {
                     let is_bite = (80..110).contains(&y);
-                    let last = (0..240).rfind(|&x| mask.get(x, i64::from(y)));
+                    let last = (0..i64::from(SIZE.0)).rfind(|&x| mask.get(x, i64::from(y)));
                     if let Some(last) = last.filter(|_| is_bite) {
                         for x in last - 30..=last {
                             mask.set(x as u32, y, false);
@@ -458,7 +390,7 @@ mod tests {
         assert!(off < 0.02, "{off} of the area is off");
         let spoiled_off = (spoiled.views[5].mask.count() as f64 - area(wanted)).abs();
         assert!(spoiled_off > 0.03 * area(wanted), "the control");
-        assert!(found.photographed > 0.6 && found.photographed < 0.98);
+        assert!((0.6..0.98).contains(&found.silhouette.photographed));
     }
 
     #[test]
@@ -478,13 +410,13 @@ mod tests {
         });
         let found = seen(&cut, 0);
         let outline = found[3].as_ref().unwrap();
-        let whole = silhouette(&model(), &camera(3, 18)).unwrap();
+        let whole = silhouette(&model(), &cameras(VIEWS)[3]).unwrap();
         let mut filled = Mask::new(SIZE.0, SIZE.1);
-        fill_non_zero(&outline.outline, &mut filled);
+        fill_non_zero(&outline.silhouette.outline, &mut filled);
         let off = filled.count_different(&whole) as f64 / whole.count() as f64;
         // The hull's own silhouette is that far off, with so few voxels.
         assert!(off < 0.05, "{off}");
-        assert!(outline.photographed > 0.3 && outline.photographed < 0.8);
+        assert!((0.3..0.8).contains(&outline.silhouette.photographed));
         let missing = 1.0 - cut.views[3].mask.count() as f64 / whole.count() as f64;
         assert!(missing > 0.3, "the control: {missing}");
     }

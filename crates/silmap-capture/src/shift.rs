@@ -19,9 +19,9 @@ pub struct ImageShift {
 /// What a shift looks like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShiftKind {
-    /// Less than a third of a pixel, or not to be told.
+    /// No more than a pixel, and not half of one along both axes; or not to be told.
     None,
-    /// Half a pixel along both axes, or along the one that can be told: the first pixel's centre is elsewhere.
+    /// Half a pixel along both axes: the first pixel's centre is elsewhere.
     HalfPixel {
         /// Whether the masks lie farther right and down than the cameras say.
         is_forward: bool,

@@ -142,11 +142,7 @@ fn each_slip_is_named(set: &Capture, is_carved: bool) {
                 Err(error) => error.to_string(),
             };
             let name = wanted.map_or("", Reading::name);
-            assert_eq!(
-                told.contains(name),
-                !told.is_empty() || wanted.is_none(),
-                "{slip:?} {is_poses}: {told}"
-            );
+            assert!(told.contains(name), "{slip:?} {is_poses}: {told}");
             assert_eq!(
                 told.contains("likely cause"),
                 wanted.is_some(),

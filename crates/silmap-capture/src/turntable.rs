@@ -132,7 +132,7 @@ impl Rows for DMatrix34 {
 fn circle_of(cameras: &[&Pinhole]) -> Option<DMat4> {
     let count = cameras.len() as f64;
     let mean = cameras.iter().map(|c| c.eye).sum::<DVec3>() / count;
-    // Normals of the triangles that the mean makes with two centres, all to one side.
+    // Normals of the triangles that the first centre makes with two others, all to one side.
     let mut normal = DVec3::ZERO;
     for (k, a) in cameras.iter().enumerate() {
         for b in &cameras[k + 1..] {

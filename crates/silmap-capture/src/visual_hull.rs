@@ -108,12 +108,10 @@ fn is_inside(views: &[&CaptureView], order: &mut [usize], outvoted: usize, point
         let Some((image, _)) = view.camera.project(point) else {
             continue;
         };
-        let (x, y) = (image.x.floor() as i64, image.y.floor() as i64);
-        let is_known = view.known.as_ref().is_none_or(|known| known.get(x, y));
-        if !(is_known && view.camera.shows(image)) {
+        if !view.is_known(image) {
             continue;
         }
-        if view.mask.get(x, y) {
+        if (view.mask).get(image.x.floor() as i64, image.y.floor() as i64) {
             inside += 1;
         } else {
             outside += 1;

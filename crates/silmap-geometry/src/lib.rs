@@ -22,6 +22,7 @@ pub mod predicates;
 mod queue;
 pub mod raster;
 pub mod repair;
+mod seen_silhouette;
 pub mod tetrahedra;
 pub mod topology;
 pub mod trace;
@@ -38,5 +39,6 @@ pub use mesh::{Appearance, Bounds, ColourImage, Material, TextureWrap, TriangleM
 pub use photograph::Photograph;
 pub use polygon::Loop;
 pub use queue::CostQueue;
+pub use seen_silhouette::SeenSilhouette;
 pub use topology::Topology;
 pub use watch::{Interrupted, Stage, StageEvent, Watch};

@@ -76,6 +76,21 @@ impl Mask {
         &mut self.words
     }
 
+    /// The set pixels, row by row.
+    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let of_word = |y: u32, k: usize, mut word: u64| {
+            std::iter::from_fn(move || {
+                let bit = (word != 0).then(|| word.trailing_zeros())?;
+                word &= word - 1;
+                Some((64 * k as u32 + bit, y))
+            })
+        };
+        (0..self.height).flat_map(move |y| {
+            let words = self.row(y).iter().enumerate();
+            words.flat_map(move |(k, &word)| of_word(y, k, word))
+        })
+    }
+
     /// Empties the mask, keeping its storage.
     pub fn clear(&mut self) {
         self.words.fill(0);
@@ -192,6 +207,17 @@ mod tests {
             }
             assert_eq!(by_span, by_pixel, "{from}..{to}");
         }
+    }
+
+    #[test]
+    fn pixels_are_those_that_are_set() {
+        let mut mask = Mask::new(130, 3);
+        let wanted = [(0, 0), (63, 0), (64, 0), (129, 0), (5, 2), (128, 2)];
+        for (x, y) in wanted {
+            mask.set(x, y, true);
+        }
+        assert_eq!(mask.pixels().collect::<Vec<_>>(), wanted);
+        assert_eq!(Mask::new(70, 2).pixels().count(), 0);
     }
 
     #[test]

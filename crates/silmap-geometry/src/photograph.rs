@@ -59,17 +59,11 @@ impl Photograph {
         self.image_from_direction(point - self.eye)
     }
 
-    /// Whether a place lies in the picture, so far from its sides.
-    #[must_use]
-    pub fn shows(&self, image: DVec2, from_sides_px: f64) -> bool {
-        let size = DVec2::new(self.picture.width.into(), self.picture.height.into());
-        image.cmpge(DVec2::splat(from_sides_px)).all() && image.cmple(size - from_sides_px).all()
-    }
-
     /// The colour at a place, bilinear between pixels that hold no background; `None` where there are none.
     #[must_use]
     pub fn look(&self, image: DVec2) -> Option<Seen> {
-        if !self.shows(image, 0.0) {
+        let size = DVec2::new(self.picture.width.into(), self.picture.height.into());
+        if image.cmplt(DVec2::ZERO).any() || image.cmpgt(size).any() {
             return None;
         }
         let (width, height) = (self.picture.width as i64, self.picture.height as i64);

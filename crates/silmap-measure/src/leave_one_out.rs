@@ -6,7 +6,7 @@
 //! silhouette of the carved hull that votes have made. Pixels are those of the left-out mask, as shares of its inside; outside of the
 //! image nothing is known, and nothing is counted.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use silmap_capture::{
     Capture, CaptureView, CarveError, CarveParams, Carved, Pinhole, carve, seen_outlines,
     silhouette, visual_hull_silhouette,
@@ -14,20 +14,18 @@ use silmap_capture::{
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{
-    Bounds, Bvh, Camera, CameraError, ClosedMesh, Interrupted, Loop, Mask, Stage, Watch,
+    Bounds, Bvh, Camera, CameraError, ClosedMesh, Interrupted, Loop, Mask, SeenSilhouette, Stage,
+    Watch,
 };
 use silmap_map::{
     Detail, InterpolateError, Interpolation, MapReader, Method, PolytopeError, SilhouetteMap,
 };
 use silmap_preprocess::pipeline::{BuildError, BuildParams, Captured};
-use silmap_preprocess::seen::SeenSilhouette;
+use silmap_preprocess::seen::SAME_DIRECTION_COSINE;
 use thiserror::Error;
 
 /// Leaving views out; the units are views.
 pub const LEAVE_OUT: Stage = Stage("leaving views out");
-
-/// Views from the same direction, by the cosine between them, go together: the other one would predict nothing but itself.
-const SAME_COSINE: f64 = 0.999_962;
 
 /// Views farther than this from the left-out one give no outline to it, as a cosine: 70°.
 const FAR_COSINE: f64 = 0.34;
@@ -198,8 +196,19 @@ impl<'a> Remaining<'a> {
         let name = || left_out.name.clone();
         let middle = whole.mesh.bounds().center + whole.mesh.origin();
         let direction = |v: &CaptureView| (v.camera.eye - middle).normalize_or_zero();
-        let mut rest = capture.clone();
-        (rest.views).retain(|v| direction(v).dot(direction(left_out)) < SAME_COSINE);
+        // Another view from the same direction would predict nothing but itself, and what has no vote in the whole has none in the rest.
+        let remains = |(k, v): &(usize, &CaptureView)| {
+            let is_beside = direction(v).dot(direction(left_out)) < SAME_DIRECTION_COSINE;
+            is_beside && !whole.left_out.contains(k)
+        };
+        let views = capture.views.iter().enumerate().filter(remains);
+        let rest = Capture {
+            views: views.map(|(_, view)| view.clone()).collect(),
+            warnings: Vec::new(),
+            name: capture.name.clone(),
+            path: capture.path.clone(),
+            ..*capture
+        };
         // How many votes may be wrong is known of the whole.
         let carving = CarveParams {
             outvoted: Some(whole.outvoted),
@@ -276,12 +285,15 @@ impl<'a> Remaining<'a> {
                 predicted.intersect(known);
             }
             let truth = self.by_mesh.as_ref().map(|(_, silhouette)| silhouette);
-            let mask = truth.unwrap_or(&self.left_out.mask);
+            let mut mask = truth.unwrap_or(&self.left_out.mask).clone();
+            if let Some(known) = &self.left_out.known {
+                mask.intersect(known);
+            }
             let inside = mask.count().max(1) as f64;
             errors.push(LeftOutError {
                 view: self.view,
                 predictor,
-                misclassified: predicted.count_different(mask) as f64 / inside,
+                misclassified: predicted.count_different(&mask) as f64 / inside,
                 escaped: mask.count_missing_in(&predicted) as f64 / inside,
                 covered,
             });
@@ -362,19 +374,8 @@ fn map_about(
     watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
     let model = &carved.mesh;
-    let pairs = capture.views.iter().zip(seen_outlines(capture, carved));
-    let silhouettes: Vec<SeenSilhouette> = pairs
-        .filter_map(|(view, seen)| {
-            let seen = seen?;
-            Some(SeenSilhouette {
-                name: view.name.clone(),
-                eye: seen.eye,
-                outline: seen.outline,
-                ray_from_image: seen.ray_from_image,
-                photographed: seen.photographed,
-            })
-        })
-        .collect();
+    let outlines = seen_outlines(capture, carved).into_iter().flatten();
+    let silhouettes: Vec<SeenSilhouette> = outlines.map(|seen| seen.silhouette).collect();
     map_near(model, &silhouettes, eye, params, watch)
 }
 
@@ -411,12 +412,11 @@ fn mesh_map(
     let silhouettes: Vec<SeenSilhouette> = (rest.views.iter())
         .filter_map(|view| {
             let camera = &view.camera.moved(-model.origin());
-            let [o, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| camera.direction(p));
             Some(SeenSilhouette {
                 name: view.name.clone(),
                 eye: camera.eye,
                 outline: trace_contours(&silhouette(model.mesh(), camera)?),
-                ray_from_image: DMat3::from_cols(x - o, y - o, o),
+                ray_from_image: camera.ray_from_image(),
                 photographed: 1.0,
             })
         })
@@ -462,8 +462,8 @@ fn grown(mask: &Mask, by: i64) -> Mask {
     let mut grown = wide.clone();
     for y in 0..i64::from(height) {
         for other in (y - by).max(0)..(y + by + 1).min(height.into()) {
-            let row = wide.row(other as u32).to_vec();
-            for (word, more) in grown.row_mut(y as u32).iter_mut().zip(row) {
+            let row = wide.row(other as u32);
+            for (word, &more) in grown.row_mut(y as u32).iter_mut().zip(row) {
                 *word |= more;
             }
         }

@@ -6,9 +6,9 @@
 //!
 //! Source: beyond the paper, whose viewpoints are evenly spread (section 3).
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use silmap_geometry::polygon::{fill_non_zero, signed_area};
-use silmap_geometry::{Bounds, Camera, CameraError, Loop, Mask};
+use silmap_geometry::{Bounds, Camera, CameraError, Loop, Mask, SeenSilhouette};
 
 use crate::capture::spiral_directions;
 use crate::dense_map::triangulate_view_sphere;
@@ -16,23 +16,8 @@ use crate::progress::Unused;
 use crate::simplify_contour::{SimplifyContourParams, VERTEX_STEPS_PER_PX, simplify_contours};
 use crate::simplify_map::is_readable;
 
-/// The outline of a model as somebody saw it.
-#[derive(Clone, Debug)]
-pub struct SeenSilhouette {
-    /// What it is called.
-    pub name: String,
-    /// Where the eye was, in the model's coordinates.
-    pub eye: DVec3,
-    /// Outer loops and holes, in pixels of the image, as traced.
-    pub outline: Vec<Loop>,
-    /// Takes an image point with a 1 appended to the direction of its ray.
-    pub ray_from_image: DMat3,
-    /// Share of the outline that was really seen.
-    pub photographed: f64,
-}
-
 /// Eyes this near to each other, seen from the center, look from the same direction: half a degree.
-const SAME_DIRECTION_COSINE: f64 = 0.999_962;
+pub const SAME_DIRECTION_COSINE: f64 = 0.999_962;
 
 /// No viewpoint is added nearer to a photograph's than this many usual distances between photographs...
 const FREE_AROUND: f64 = 1.25;
@@ -76,7 +61,7 @@ pub fn viewpoints(
         };
         if let Some(&as_view) = used.iter().find(is_same) {
             unused.push((k, Unused::SameDirection { as_view }));
-        } else if arm(k).length() <= bounds.radius || !seen[k].is_in_front(bounds) {
+        } else if arm(k).length() <= bounds.radius || !is_in_front(&seen[k], bounds) {
             unused.push((k, Unused::Behind));
         } else {
             used.push(k);
@@ -143,64 +128,58 @@ fn middle(values: impl Iterator<Item = f64>) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
 }
 
-impl SeenSilhouette {
-    fn ray(&self, image: DVec2) -> DVec3 {
-        self.ray_from_image * image.extend(1.0)
-    }
+fn is_in_front(seen: &SeenSilhouette, bounds: &Bounds) -> bool {
+    let forward = bounds.center - seen.eye;
+    let mut points = seen.outline.iter().flatten();
+    points.all(|&p| seen.ray(p).dot(forward) > 0.0)
+}
 
-    fn is_in_front(&self, bounds: &Bounds) -> bool {
-        let forward = bounds.center - self.eye;
-        let mut points = self.outline.iter().flatten();
-        points.all(|&p| self.ray(p).dot(forward) > 0.0)
-    }
-
-    /// The outline in the picture of a camera at its eye, simplified, within the picture of the bounding sphere; outer loops have
-    /// positive area.
-    #[must_use]
-    pub fn outline_in(&self, camera: &Camera, tolerance_px: f64) -> Vec<Loop> {
-        let to_camera = |p: DVec2| camera.image_from_direction(self.ray(p));
-        // How many of the camera's pixels one of the image is.
-        let area = |points: &Loop| signed_area(points);
-        let mapped: Vec<Loop> = (self.outline.iter())
-            .map(|points| points.iter().map(|&p| to_camera(p)).collect())
+/// A seen outline in the picture of a camera at its eye, simplified, within the picture of the bounding sphere; outer loops have
+/// positive area.
+#[must_use]
+pub fn outline_in(seen: &SeenSilhouette, camera: &Camera, tolerance_px: f64) -> Vec<Loop> {
+    let to_camera = |p: DVec2| camera.image_from_direction(seen.ray(p));
+    // How many of the camera's pixels one of the image is.
+    let area = |points: &Loop| signed_area(points);
+    let mapped: Vec<Loop> = (seen.outline.iter())
+        .map(|points| points.iter().map(|&p| to_camera(p)).collect())
+        .collect();
+    let (before, after): (f64, f64) = (
+        seen.outline.iter().map(area).sum(),
+        mapped.iter().map(area).sum(),
+    );
+    let px = (after.abs() / before.abs().max(1.0))
+        .sqrt()
+        .max(f64::MIN_POSITIVE);
+    // Half a pixel is what the steps of traced pixels need.
+    let params = SimplifyContourParams {
+        tolerance_px: (tolerance_px / px).max(SimplifyContourParams::default().tolerance_px),
+        outward_only: false,
+    };
+    let middle = 0.5 * camera.size();
+    let most = middle.x / silmap_geometry::camera::FIT_MARGIN + 1.0;
+    let is_mirrored = after < 0.0;
+    let mut found = Vec::new();
+    for points in simplify_contours(&seen.outline, &params) {
+        let mut points: Loop = (points.into_iter())
+            .map(|p| {
+                let off = to_camera(p) - middle;
+                let inside = middle + off.clamp_length_max(most);
+                (inside * VERTEX_STEPS_PER_PX).round() / VERTEX_STEPS_PER_PX
+            })
             .collect();
-        let (before, after): (f64, f64) = (
-            self.outline.iter().map(area).sum(),
-            mapped.iter().map(area).sum(),
-        );
-        let px = (after.abs() / before.abs().max(1.0))
-            .sqrt()
-            .max(f64::MIN_POSITIVE);
-        // Half a pixel is what the steps of traced pixels need.
-        let params = SimplifyContourParams {
-            tolerance_px: (tolerance_px / px).max(SimplifyContourParams::default().tolerance_px),
-            outward_only: false,
-        };
-        let middle = 0.5 * camera.size();
-        let most = middle.x / silmap_geometry::camera::FIT_MARGIN + 1.0;
-        let is_mirrored = after < 0.0;
-        let mut found = Vec::new();
-        for points in simplify_contours(&self.outline, &params) {
-            let mut points: Loop = (points.into_iter())
-                .map(|p| {
-                    let off = to_camera(p) - middle;
-                    let inside = middle + off.clamp_length_max(most);
-                    (inside * VERTEX_STEPS_PER_PX).round() / VERTEX_STEPS_PER_PX
-                })
-                .collect();
-            points.dedup();
-            while points.len() > 1 && points.first() == points.last() {
-                points.pop();
-            }
-            if is_mirrored {
-                points.reverse();
-            }
-            if points.len() >= 3 && signed_area(&points) != 0.0 {
-                found.push(points);
-            }
+        points.dedup();
+        while points.len() > 1 && points.first() == points.last() {
+            points.pop();
         }
-        found
+        if is_mirrored {
+            points.reverse();
+        }
+        if points.len() >= 3 && signed_area(&points) != 0.0 {
+            found.push(points);
+        }
     }
+    found
 }
 
 /// The pixels of a picture that loops cover.
@@ -215,6 +194,7 @@ pub fn covered(loops: &[Loop], camera: &Camera) -> Mask {
 mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
+    use glam::DMat3;
     use silmap_geometry::trace::trace_contours;
     use silmap_geometry::{CoverageRule, TriangleMesh};
     use silmap_models as models;
@@ -266,7 +246,7 @@ mod tests {
         let seen = &ring(7, 4.0)[2];
         let camera =
             Camera::fit_sphere(seen.eye, bounds.center, bounds.radius, None, (300, 300)).unwrap();
-        let own = covered(&seen.outline_in(&camera, 0.5), &camera);
+        let own = covered(&outline_in(seen, &camera, 0.5), &camera);
         let mut drawn = Mask::new(300, 300);
         rasterise(&mesh, &camera, CoverageRule::Center, &mut drawn).unwrap();
         let off = own.count_different(&drawn) as f64 / drawn.count() as f64;
@@ -286,7 +266,7 @@ mod tests {
                 * DMat3::from_cols(DVec3::NEG_X, DVec3::Y, DVec3::new(500.0, 0.0, 1.0)),
             ..seen.clone()
         };
-        let loops = mirrored.outline_in(&camera, 0.5);
+        let loops = outline_in(&mirrored, &camera, 0.5);
         assert!(loops.iter().map(|l| signed_area(l)).sum::<f64>() > 0.0);
         let off = covered(&loops, &camera).count_different(&own) as f64 / own.count() as f64;
         assert!(off < 0.01, "{off}");

@@ -199,7 +199,11 @@ impl<'a> Simplification<'a> {
             probes: usize::MAX,
             refused: Vec::new(),
             photographs: dense.views.iter().filter(|v| is_photograph(v)).count(),
-            kept_photographs: (KEPT_PHOTOGRAPHS * f64::from(params.keep)) as usize,
+            kept_photographs: match params.max_error {
+                // Whoever asks for an error gets the fewest views that have it.
+                Some(_) => 0,
+                None => (KEPT_PHOTOGRAPHS * f64::from(params.keep)) as usize,
+            },
             report: SimplifyMapReport::default(),
         }
     }
@@ -353,7 +357,8 @@ impl<'a> Simplification<'a> {
             self.errors[p.view as usize] = p.error;
         }
         let fresh = self.polytope.apply(collapse, &predictions);
-        self.photographs = self.photographs_left();
+        let removed = &self.predictor.map().views[collapse.removed as usize];
+        self.photographs -= usize::from(is_photograph(removed));
         self.evaluate(&fresh);
         true
     }

@@ -163,6 +163,8 @@ impl Simplification<'_> {
             self.errors[kept as usize] = 0.0;
         }
         self.polytope.apply_patch(&tried.patch, &tried.predictions);
-        self.photographs = self.photographs_left();
+        if tried.patch.kept.is_some() {
+            self.photographs = self.photographs_left();
+        }
     }
 }

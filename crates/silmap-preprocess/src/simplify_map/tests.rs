@@ -259,3 +259,33 @@ fn an_order_that_does_not_fit_is_refused() {
         );
     }
 }
+
+/// Half of the views that are kept may be photographs, and they stay; an error that is asked for decides alone.
+#[test]
+fn photographs_stay() {
+    let (mut dense, masks) = torus_map(60);
+    let photographs = 10_u32;
+    for (k, view) in dense.views.iter_mut().enumerate() {
+        view.photographed = Some(f64::from(u8::from(k < photographs as usize)));
+    }
+    let kept = |params: SimplifyMapParams| {
+        let (map, report) = simplify(&dense, &masks, &params, &Watch::silent()).unwrap();
+        let seen = report.kept.iter().filter(|&&v| v < photographs).count();
+        assert_eq!(map.views.len(), report.kept.len());
+        (map.views.len(), seen)
+    };
+    let keep = |keep| SimplifyMapParams {
+        keep,
+        ..SimplifyMapParams::default()
+    };
+    assert_eq!(kept(keep(20)), (20, 10));
+    // Of more than half, half stay.
+    let (views, seen) = kept(keep(12));
+    assert!(views == 12 && seen >= 6, "{views} {seen}");
+    let by_error = |keep| SimplifyMapParams {
+        max_error: Some(0.2),
+        keep,
+        ..SimplifyMapParams::default()
+    };
+    assert_eq!(kept(by_error(20)), kept(by_error(40)));
+}

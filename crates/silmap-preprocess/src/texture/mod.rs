@@ -308,7 +308,8 @@ impl<'a> Chooser<'a> {
         let completing = match (taken.is_empty(), share < LEAST_UNSEEN) {
             (true, _) => most,
             (false, true) => 0,
-            (false, false) => (most as f64 * share.min(MOST_COMPLETING)).ceil() as usize,
+            (false, false) => ((most as f64 * share).ceil() as usize)
+                .min((most as f64 * MOST_COMPLETING) as usize),
         };
         let picked = views::choose_views(&self.hull.areas, &cosines, most - completing.min(most));
         let mut chosen = self.look_closely(picked.into_iter().map(|v| taken[v]).collect())?;

@@ -9,13 +9,12 @@ use serde::Serialize;
 use silmap_capture::{
     Capture, CaptureView, CaptureWarning, CarveParams, Carved, GainRange, ImageShift, MaskOptions,
     Matrix34, Misread, Painted, ShiftKind, ViewPhotograph, carve, carve_wider, disagreeing,
-    even_out, image_shift, median, misread, paint, photographs, read_with, seen_outlines,
+    even_out, image_shift, median, misread, paint, photographs, quantile, read_with, seen_outlines,
 };
 use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
 use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::Photographed;
-use silmap_preprocess::seen::SeenSilhouette;
 
 use crate::args::CarveArgs;
 use crate::commands::capture_page::{self, About};
@@ -303,27 +302,19 @@ impl CarvedCapture {
         let outlines = seen_outlines(&self.capture, &self.carved);
         let bounds = self.carved.mesh.bounds();
         let longest = (bounds.max - bounds.min).max_element();
-        let mut beyond: Vec<f64> = outlines.iter().flatten().map(|o| o.beyond).collect();
-        beyond.sort_by(f64::total_cmp);
         // Most views are enough: a few bad masks would make the hull wide.
-        let beyond = beyond.get(3 * beyond.len() / 4).copied().unwrap_or(0.0);
+        let beyond = quantile(outlines.iter().flatten().map(|o| o.beyond), 0.75).unwrap_or(0.0);
         let size = (
             beyond.min(MOST_WIDER * longest),
             (longest / self.carved.voxel).ceil() as u32,
         );
         let wider =
             Progress::new().watch(|watch| carve_wider(&self.capture, &self.carved, size, watch))?;
-        let pairs = self.capture.views.iter().zip(outlines);
-        let silhouettes = pairs.filter_map(|(view, seen)| {
-            seen.map(|seen| SeenSilhouette {
-                name: view.name.clone(),
-                eye: seen.eye,
-                outline: seen.outline,
-                ray_from_image: seen.ray_from_image,
-                photographed: seen.photographed,
-            })
-        });
-        let silhouettes = silhouettes.collect();
+        let silhouettes = outlines
+            .into_iter()
+            .flatten()
+            .map(|seen| seen.silhouette)
+            .collect();
         let photographs = std::mem::take(&mut self.photographs).into_iter();
         Ok(Photographed {
             silhouettes,
