@@ -26,7 +26,7 @@ const FREE_AROUND: f64 = 1.25;
 const MOST_FREE_RAD: f64 = 0.21;
 
 /// Viewpoints of photographs, and those that close the polytope around the model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Viewpoints {
     /// Numbers of the silhouettes that are used: the first views.
     pub seen: Vec<usize>,
@@ -37,7 +37,7 @@ pub struct Viewpoints {
 }
 
 /// Finds viewpoints all around `bounds` that hold those of `seen`. As many are added as a sphere of `count` evenly spread ones has where
-/// no silhouette was seen.
+/// no silhouette was seen; none where no silhouette can be used.
 ///
 /// # Errors
 /// When there is no picture of that size.
@@ -70,7 +70,7 @@ pub fn viewpoints(
     used.sort_unstable();
     // The contours' own radius has a few pixels more.
     let radius = bounds.radius * (1.0 + 6.0 / f64::from(resolution_px.max(1)));
-    loop {
+    while !used.is_empty() {
         let mut arms: Vec<DVec3> = used.iter().map(|&k| arm(k)).collect();
         let usual = middle(arms.iter().map(|a| a.length()));
         arms.extend(closing(&arms, count).into_iter().map(|d| d * usual));
@@ -101,6 +101,11 @@ pub fn viewpoints(
         };
         unused.push((used.remove(worst), Unused::Distance));
     }
+    unused.sort_unstable_by_key(|&(k, _)| k);
+    Ok(Viewpoints {
+        unused,
+        ..Viewpoints::default()
+    })
 }
 
 /// Directions that are away from all arms.
