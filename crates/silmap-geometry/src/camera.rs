@@ -113,8 +113,8 @@ pub struct Camera {
     pub forward: DVec3,
     /// Tangents of half the horizontal and vertical fields of view, of an image whose middle is where `forward` points.
     pub half_tangent: DVec2,
-    /// Where `forward` meets the image, from its middle and in half image sizes: x right, y *up*. Zero for all cameras made here; those of
-    /// photographs, and parts of a larger image, have their principal point elsewhere.
+    /// Where `forward` meets the image, from its middle and in half image sizes: x right, y *up*. Zero for cameras of
+    /// [`Self::look_at`] and [`Self::fit_sphere`]; those of photographs, and parts of a larger image, have their principal point elsewhere.
     pub center_offset: DVec2,
     /// Columns of the image.
     pub width_px: u32,
@@ -306,16 +306,6 @@ impl Camera {
         }
     }
 
-    /// The same view with its whole image in another number of pixels, which are square only where they were and the shape stays.
-    #[must_use]
-    pub fn scaled(&self, (width_px, height_px): (u32, u32)) -> Self {
-        Self {
-            width_px,
-            height_px,
-            ..*self
-        }
-    }
-
     /// The camera whose image is a part of this one's, or reaches beyond it: `corner_px` is where its top-left corner is in this image.
     #[must_use]
     pub fn cropped(&self, corner_px: DVec2, (width_px, height_px): (u32, u32)) -> Self {
@@ -417,8 +407,6 @@ mod tests {
             let again = part.cropped(-corner, (640, 480));
             prop_assert!(again.half_tangent.distance(camera.half_tangent) < 1e-12);
             prop_assert!(again.center_offset.distance(camera.center_offset) < 1e-9);
-            let larger = camera.scaled((1920, 1440));
-            prop_assert!((larger.image_from_direction(ray) / 3.0).distance(DVec2::new(x, y)) < 1e-7);
         }
     }
 
