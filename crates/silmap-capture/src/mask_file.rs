@@ -10,8 +10,8 @@
 use std::path::Path;
 
 use glam::DVec2;
-use image::DynamicImage;
 use image::metadata::Orientation;
+use image::{DynamicImage, ImageDecoder, ImageReader};
 use silmap_geometry::{Loop, Mask};
 use silmap_mesh_io::input;
 
@@ -81,7 +81,10 @@ pub(crate) fn by_rule(
     rule: MaskRule,
 ) -> Result<CameraMask, MaskFault> {
     let (picture, notes) = fitting(photo, (None, size), true)?;
-    in_image(&rule.levels(&picture), size, notes)
+    in_image(&rule.levels(&picture), size, notes).map_err(|fault| match fault {
+        MaskFault::Blank { what } => MaskFault::RuleFinds { what },
+        other => other,
+    })
 }
 
 /// Reads a photograph for an image of this size, turned where its size shows that the camera means the turned one.
@@ -94,7 +97,7 @@ pub(crate) fn read_photo(path: &Path, size: (u32, u32)) -> Result<DynamicImage, 
 
 /// Columns and rows of a picture as it is stored, by its header; `None` where it cannot be read.
 pub(crate) fn size_of(path: &Path) -> Option<(u32, u32)> {
-    image::image_dimensions(path).ok()
+    decoder_of(path).map(|d| d.dimensions())
 }
 
 /// Whether a photograph fits a camera's image, by its header.
@@ -236,21 +239,21 @@ fn inverse(orientation: Orientation) -> Orientation {
     }
 }
 
+/// What a picture's header says; known by its content and not by its name.
+fn decoder_of(path: &Path) -> Option<impl ImageDecoder + use<>> {
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+    reader.ok()?.into_decoder().ok()
+}
+
 /// What EXIF says; nothing where the file cannot be read.
 fn orientation_of(path: &Path) -> Orientation {
-    use image::ImageDecoder;
-    let reader = image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
-    let decoder = reader.ok().and_then(|r| r.into_decoder().ok());
-    let found = decoder.and_then(|mut d| d.orientation().ok());
+    let found = decoder_of(path).and_then(|mut d| d.orientation().ok());
     found.unwrap_or(Orientation::NoTransforms)
 }
 
 fn has_alpha(path: &Path) -> bool {
-    use image::ImageDecoder;
-    let reader = image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
-    let decoder = reader.ok().and_then(|r| r.into_decoder().ok());
     // A file that cannot be read is looked at again, to say why.
-    decoder.is_none_or(|d| d.color_type().has_alpha())
+    decoder_of(path).is_none_or(|d| d.color_type().has_alpha())
 }
 
 #[cfg(test)]
@@ -323,7 +326,7 @@ mod tests {
         GrayImage::new(3, 4).save(&path).unwrap();
         assert_eq!(message(), "it has 3 × 4 pixels, not 4 × 4");
         std::fs::write(&path, "what is this?").unwrap();
-        assert!(message().contains("a mask is a picture"));
+        assert!(message().contains("a picture is needed"));
     }
 
     /// A JPEG of a grey picture whose EXIF says how to turn it for people.
@@ -412,5 +415,36 @@ mod tests {
             .unwrap();
         let told = read_beside(SIZE).unwrap_err().to_string();
         assert_eq!(told, "it has 20 × 24 pixels, not 24 × 20");
+    }
+
+    #[test]
+    fn pictures_are_known_by_content_and_not_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("photo.jpg");
+        let disc = GrayImage::from_fn(SIZE.0, SIZE.1, |x, y| Luma([255 * u8::from(is_disc(x, y))]));
+        disc.save_with_format(&path, image::ImageFormat::Png)
+            .unwrap();
+        assert_eq!(size_of(&path), Some(SIZE));
+        assert_eq!(fits(&path, SIZE), Ok(()));
+        std::fs::write(&path, "no picture").unwrap();
+        assert_eq!(size_of(&path), None);
+    }
+
+    #[test]
+    fn a_rule_that_tells_nothing_from_the_rest_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("photo.png");
+        RgbImage::from_fn(24, 20, |x, y| image::Rgb([x as u8, y as u8, 90]))
+            .save(&path)
+            .unwrap();
+        for (rule, what) in [("lighter:200", "outside"), ("darker:200", "inside")] {
+            let fault = by_rule(&path, SIZE, rule.parse().unwrap()).unwrap_err();
+            assert_eq!(
+                fault.to_string(),
+                format!(
+                    "by the rule every pixel is {what}: it tells no object from the background"
+                )
+            );
+        }
     }
 }

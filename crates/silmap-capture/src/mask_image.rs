@@ -55,7 +55,7 @@ pub enum MaskFault {
     #[error("the file is empty")]
     Empty,
     /// Something else than a picture.
-    #[error("it is {found}, and a mask is a picture: PNG, JPEG or WebP")]
+    #[error("it is {found}, and a picture is needed: PNG, JPEG or WebP")]
     NoPicture {
         /// What it looks like.
         found: &'static str,
@@ -98,6 +98,12 @@ pub enum MaskFault {
     #[error("every pixel of the picture is the same ({what}): it shows no outline")]
     Blank {
         /// "inside", "outside", or what the value is.
+        what: String,
+    },
+    /// A rule that finds nothing, or everything.
+    #[error("by the rule every pixel is {what}: it tells no object from the background")]
+    RuleFinds {
+        /// "inside" or "outside".
         what: String,
     },
 }

@@ -308,7 +308,7 @@ fn broken_captures_are_named() {
         (
             "text",
             set("mask", "masks/text.png".into()),
-            &["view c", "text.png", "a mask is a picture"],
+            &["view c", "text.png", "a picture is needed"],
         ),
         (
             "narrow",
