@@ -6,13 +6,13 @@ use glam::DVec2;
 use image::RgbaImage;
 use silmap_geometry::Mask;
 
-use crate::declared::DeclaredView;
+use crate::declared::MaskPlace;
 use crate::error::{CaptureError, CaptureFault};
 use crate::find_mask::find_mask;
-use crate::lens::{Lens, NOT_FINITE};
+use crate::lens::Lens;
 use crate::mask_file::MaskOptions;
 use crate::pinhole::Pinhole;
-use crate::undistort::sample;
+use crate::undistort::{known, straight, straight_mask};
 use crate::view::CameraFormat;
 use crate::{camera_files, mask_file};
 
@@ -30,8 +30,17 @@ pub struct CameraView {
     pub lens: Option<Lens>,
     /// The photograph that the file names; it need not be there.
     pub photo: Option<PathBuf>,
-    declared: DeclaredView,
+    mask: MaskPlace,
     folder: PathBuf,
+}
+
+/// The mask of a camera.
+#[derive(Clone, Debug)]
+pub struct ViewMask {
+    /// Where the object is seen.
+    pub mask: Mask,
+    /// Pixels that the photograph shows; the others are unknown, and not in the mask. `None`: all.
+    pub known: Option<Mask>,
 }
 
 /// The cameras of a camera file.
@@ -52,64 +61,28 @@ pub struct CameraList {
 pub fn read_cameras(path: &Path) -> Result<CameraList, CaptureError> {
     let file = camera_files::read(path)?;
     if !file.declared.is_metric {
-        return Err(CaptureError {
-            path: file.path,
-            fault: Box::new(CaptureFault::Projective),
-        });
+        return Err(CaptureFault::Projective.at(&file.path));
     }
     let folder = file.folder;
     let views = file.declared.views.into_iter().map(|view| {
         Ok(CameraView {
-            name: view.name.clone(),
+            lens: Lens::of_view(&view.name, view.distortion, &view.camera)?,
+            name: view.name,
             camera: view.camera,
-            lens: lens_of(&view)?,
-            photo: view.photo.clone(),
-            declared: view,
+            photo: view.photo,
+            mask: view.mask,
             folder: folder.clone(),
         })
     });
-    match views.collect() {
-        Ok(views) => Ok(CameraList {
-            path: file.path,
-            format: file.format,
-            views,
-        }),
-        Err(fault) => Err(CaptureError {
-            path: file.path,
-            fault: Box::new(fault),
-        }),
-    }
-}
-
-fn lens_of(view: &DeclaredView) -> Result<Option<Lens>, CaptureFault> {
-    if view.distortion.is_none() {
-        return Ok(None);
-    }
-    let camera = &view.camera;
-    let intrinsics = (camera.focal, camera.skew, camera.principal);
-    let lens = Lens::new(view.distortion, intrinsics, (camera.width, camera.height));
-    lens.map(Some).ok_or_else(|| CaptureFault::Lens {
-        view: view.name.clone(),
-        reason: NOT_FINITE,
+    let views = views.collect::<Result<_, CaptureFault>>();
+    Ok(CameraList {
+        views: views.map_err(|fault| fault.at(&file.path))?,
+        path: file.path,
+        format: file.format,
     })
 }
 
 impl CameraView {
-    /// Where the photograph shows the centre of a pixel of the camera's image; `None` where it does not.
-    fn photo_from_pixel(&self, lens: &Lens, x: u32, y: u32) -> Option<DVec2> {
-        let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let place = lens.photo_from_tangent(self.camera.tangent(centre))?;
-        lens.shows(place).then_some(place)
-    }
-
-    /// A photograph as the camera would have it without the lens; transparent where it shows nothing.
-    fn straight(&self, photo: &RgbaImage, lens: &Lens) -> RgbaImage {
-        RgbaImage::from_fn(self.camera.width, self.camera.height, |x, y| {
-            let place = self.photo_from_pixel(lens, x, y);
-            image::Rgba(place.map_or([0; 4], |p| sample(photo, p)))
-        })
-    }
-
     /// The photograph, if the camera file `of` names one: as it was taken, or straight, without what the lens does.
     ///
     /// # Errors
@@ -123,19 +96,20 @@ impl CameraView {
         let Some(path) = &self.photo else {
             return Ok(None);
         };
-        let fault = |reason: String| CaptureError {
-            path: of.to_owned(),
-            fault: Box::new(CaptureFault::Photograph {
-                view: self.name.clone(),
-                photo: path.clone(),
+        let fault = |reason: String| {
+            let (view, photo) = (self.name.clone(), path.clone());
+            CaptureFault::Photograph {
+                view,
+                photo,
                 reason,
-            }),
+            }
+            .at(of)
         };
         let size = (self.camera.width, self.camera.height);
         let picture = mask_file::read_photo(path, size).map_err(|e| fault(e.to_string()))?;
         let picture = picture.into_rgba8();
         Ok(Some(match &self.lens {
-            Some(lens) if is_straight => self.straight(&picture, lens),
+            Some(lens) if is_straight => straight(picture, lens, &self.camera),
             _ => picture,
         }))
     }
@@ -149,26 +123,22 @@ impl CameraView {
         of: &Path,
         is_straight: bool,
         options: &MaskOptions,
-    ) -> Result<Option<Mask>, CaptureError> {
-        let found = find_mask(&self.declared, &self.folder, options);
-        let mask = found.map_err(|fault| CaptureError {
-            path: of.to_owned(),
-            fault: Box::new(fault),
-        })?;
-        let Some(mask) = mask.map(|image| image.mask) else {
+    ) -> Result<Option<ViewMask>, CaptureError> {
+        let size = (self.camera.width, self.camera.height);
+        let of_view = (self.name.as_str(), self.photo.as_deref(), size);
+        let found = find_mask(&self.mask, of_view, &self.folder, options);
+        let Some(image) = found.map_err(|fault| fault.at(of))? else {
             return Ok(None);
         };
-        let Some(lens) = self.lens.filter(|_| is_straight) else {
-            return Ok(Some(mask));
+        let (mask, known) = match self.lens.filter(|_| is_straight) {
+            Some(lens) => {
+                let is_inside = |p: DVec2| image.mask.get(p.x as i64, p.y as i64);
+                let mask = straight_mask(&lens, &self.camera, is_inside);
+                (mask, known(&lens, &self.camera))
+            }
+            None => (image.mask, None),
         };
-        let (width, height) = (self.camera.width, self.camera.height);
-        let mut straight = Mask::new(width, height);
-        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-            let place = self.photo_from_pixel(&lens, x, y);
-            let is_inside = place.is_some_and(|p| mask.get(p.x as i64, p.y as i64));
-            straight.set(x, y, is_inside);
-        }
-        Ok(Some(straight))
+        Ok(Some(ViewMask { mask, known }))
     }
 
     /// The last part of a path, with and without what follows its last dot.
@@ -205,25 +175,20 @@ impl CameraList {
             }
             if !meant.is_empty() {
                 let first = meant.iter().take(MOST_NAMES);
-                return Err(self.fault(CaptureFault::AmbiguousView {
+                return Err(CaptureFault::AmbiguousView {
                     wanted: wanted.to_owned(),
                     names: first.map(|&v| self.views[v].name.clone()).collect(),
                     count: meant.len(),
-                }));
+                }
+                .at(&self.path));
             }
         }
-        Err(self.fault(CaptureFault::NoView {
+        Err(CaptureFault::NoView {
             wanted: wanted.to_owned(),
             nearest: self.nearest(wanted),
             views: self.views.len(),
-        }))
-    }
-
-    fn fault(&self, fault: CaptureFault) -> CaptureError {
-        CaptureError {
-            path: self.path.clone(),
-            fault: Box::new(fault),
         }
+        .at(&self.path))
     }
 
     /// The names most like a word, those that hold it first, in the order of the file where they are equally like.
@@ -254,13 +219,7 @@ mod tests {
             camera: Pinhole::from_pose(DVec3::ZERO, axes, lens, (8, 8)).unwrap(),
             photo: photo.map(PathBuf::from),
             lens: None,
-            declared: DeclaredView {
-                name: name.to_owned(),
-                camera: Pinhole::from_pose(DVec3::ZERO, axes, lens, (8, 8)).unwrap(),
-                distortion: crate::lens::Distortion::default(),
-                mask: crate::declared::MaskPlace::None,
-                photo: None,
-            },
+            mask: MaskPlace::None,
             folder: PathBuf::new(),
         };
         CameraList {
@@ -291,6 +250,34 @@ mod tests {
         ] {
             assert_eq!(list.named(wanted).unwrap().name, found, "{wanted}");
         }
+    }
+
+    /// A lens that draws the image together shows nothing at its border.
+    #[test]
+    fn what_a_photograph_does_not_show_of_the_straight_image_is_unknown() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("mask.png");
+        let white =
+            image::GrayImage::from_fn(8, 8, |x, _| image::Luma([if x == 0 { 0 } else { 255 }]));
+        white.save(&file).unwrap();
+        let mut view = list(&[("a", None)]).views.remove(0);
+        let distortion = crate::lens::Distortion {
+            numerator: [2.0, 0.0, 0.0, 0.0],
+            ..Default::default()
+        };
+        view.mask = MaskPlace::Named(file);
+        view.lens = Lens::of_view("a", distortion, &view.camera).unwrap();
+        let mask = |is_straight| {
+            let of = Path::new("cameras.json");
+            view.mask(of, is_straight, &MaskOptions::default())
+                .unwrap()
+                .unwrap()
+        };
+        assert_eq!(mask(false).known, None);
+        let straight = mask(true);
+        let known = straight.known.unwrap();
+        assert!(!known.get(0, 0) && known.get(4, 4) && !known.get(7, 7));
+        assert!(straight.mask.get(4, 4) && straight.mask.count_missing_in(&known) == 0);
     }
 
     #[test]

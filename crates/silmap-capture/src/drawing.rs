@@ -1,18 +1,18 @@
 //! Drawing what a captured camera sees: the plain camera that is drawn through, and how its image becomes the captured one.
 //!
 //! Most cameras are plain: their principal point and focal lengths are a [`Camera`]'s. A mirrored picture is drawn unmirrored and turned
-//! round; one with skew, or one that a lens bends, is drawn without, somewhat larger, and resampled. Both images lie in one plane before the eye: a point of it at
-//! (x, y, 1), right, down and forward, is in both.
+//! round; one with skew, or one that a lens bends, is drawn without, somewhat larger, and resampled. Both images lie in one plane before
+//! the eye: a point of it at (x, y, 1), right, down and forward, is in both.
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use silmap_geometry::camera::MAX_SIDE_PX;
-use silmap_geometry::lighting::{linear_from_srgb, srgb_from_linear};
 use silmap_geometry::{Camera, ColourImage, Loop};
 use thiserror::Error;
 
+use crate::border::{box_of_border, farthest};
 use crate::lens::Lens;
 use crate::pinhole::Pinhole;
+use crate::resample::resampled;
 
 /// Skew that moves nothing in the image by more than this is left out, pixels.
 const LEAST_SKEW_PX: f64 = 0.01;
@@ -26,12 +26,6 @@ const MARGIN_PX: f64 = 2.0;
 /// A straight run of a loop is bent in pieces of this length, and at most so many of them.
 const PIECE_PX: f64 = 4.0;
 const MOST_PIECES: f64 = 4096.0;
-
-/// Places along the picture's border that are looked at, a pixel count apart.
-const BORDER_STEP_PX: f64 = 8.0;
-
-/// Halvings of an interval.
-const HALVINGS: u32 = 40;
 
 /// Why nothing can be drawn through a captured camera.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -123,81 +117,39 @@ impl Drawing {
     }
 
     fn through(captured: &Pinhole, lens: Option<(Lens, DVec2)>) -> Result<Self, DrawingFault> {
-        let is_skewed = skew_px(captured) > LEAST_SKEW_PX;
+        let is_bent = skew_px(captured) > LEAST_SKEW_PX || lens.is_some();
         let is_mirrored = captured.focal.x < 0.0;
-        let is_bent = is_skewed || lens.is_some();
-        let made = Self {
-            camera: plain_camera(
-                captured,
-                captured.principal,
-                (captured.width, captured.height),
-            ),
+        let Pinhole {
+            principal,
+            width,
+            height,
+            ..
+        } = *captured;
+        let (principal, sides) = match (is_bent, is_mirrored) {
+            (true, _) => {
+                let (low, high) = drawn_box(captured, lens.as_ref())?;
+                (
+                    principal - low,
+                    ((high - low).x as u32, (high - low).y as u32),
+                )
+            }
+            (false, true) => {
+                let from_right = f64::from(width) - principal.x;
+                (DVec2::new(from_right, principal.y), (width, height))
+            }
+            (false, false) => (principal, (width, height)),
+        };
+        Ok(Self {
+            camera: plain_camera(captured, principal, sides),
             captured: *captured,
             lens,
             is_plain: !(is_bent || is_mirrored),
-        };
-        let size = size_of(captured);
-        if !is_bent {
-            let principal = match is_mirrored {
-                true => DVec2::new(size.x - captured.principal.x, captured.principal.y),
-                false => captured.principal,
-            };
-            return Ok(Self {
-                camera: plain_camera(captured, principal, (captured.width, captured.height)),
-                ..made
-            });
-        }
-        let (mut low, mut high) = made.border_box().ok_or(DrawingFault::Lens)?;
-        let most = (MOST_ROOM * size.max_element()).min(f64::from(MAX_SIDE_PX));
-        if lens.is_some() {
-            // Far corners of a fisheye lens are given up.
-            let middle = captured.principal;
-            (low, high) = (low.max(middle - 0.5 * most), high.min(middle + 0.5 * most));
-        }
-        let sides = high - low;
-        if !(sides.is_finite() && sides.max_element() <= most && sides.min_element() >= 1.0) {
-            let skew = captured.skew;
-            return Err(DrawingFault::Skew { skew });
-        }
-        let sides = (sides.x as u32, sides.y as u32);
-        Ok(Self {
-            camera: plain_camera(captured, captured.principal - low, sides),
-            ..made
         })
-    }
-
-    /// The box of whole pixels around the captured image in one that is not bent, unmirrored, with the same principal point.
-    fn border_box(&self) -> Option<(DVec2, DVec2)> {
-        let size = size_of(&self.captured);
-        let corners = [
-            DVec2::ZERO,
-            DVec2::new(size.x, 0.0),
-            size,
-            DVec2::new(0.0, size.y),
-        ];
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for (k, &from) in corners.iter().enumerate() {
-            let to = corners[(k + 1) % 4];
-            let pieces = (from.distance(to) / BORDER_STEP_PX).ceil().max(1.0);
-            for piece in 0..pieces as u32 {
-                let place = from.lerp(to, f64::from(piece) / pieces);
-                // Beyond the lens's domain, the farthest place towards the axis that is in it.
-                let towards =
-                    |share: f64| self.plane_from_image(self.captured.principal.lerp(place, share));
-                let plane = farthest(towards)?;
-                let plain = self.captured.principal + plane * self.captured.focal.abs();
-                (low, high) = (low.min(plain), high.max(plain));
-            }
-        }
-        Some(((low - MARGIN_PX).floor(), (high + MARGIN_PX).ceil()))
     }
 
     /// The direction (x, y, 1) that is seen at a place of the picture; `None` beyond the lens's domain.
     fn plane_from_image(&self, image: DVec2) -> Option<DVec2> {
-        match &self.lens {
-            Some((lens, scale)) => lens.tangent_from_photo(image / scale),
-            None => Some(self.captured.tangent(image)),
-        }
+        plane_from_image(&self.captured, self.lens.as_ref(), image)
     }
 
     /// Where a direction (x, y, 1) is seen in the picture; `None` beyond the lens's domain.
@@ -301,41 +253,52 @@ impl Drawing {
         if self.is_plain {
             return drawn;
         }
-        let (width, height) = self.size();
         let size = DVec2::new(drawn.width.into(), drawn.height.into());
-        let mut rgba = vec![0; 4 * width as usize * height as usize];
-        let rows = rgba.par_chunks_exact_mut(4 * width as usize).enumerate();
-        rows.for_each(|(y, row)| {
-            for (x, pixel) in row.chunks_exact_mut(4).enumerate() {
-                let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let is_drawn = |p: &DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(size).all();
-                let place = self.drawn_from_image(centre).filter(is_drawn);
-                pixel.copy_from_slice(&place.map_or(nothing, |p| sample(&drawn, p)));
-            }
-        });
-        ColourImage {
-            width,
-            height,
-            rgba,
-        }
+        let is_drawn = |p: &DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(size).all();
+        resampled(&drawn, self.size(), nothing, |centre| {
+            self.drawn_from_image(centre).filter(is_drawn)
+        })
     }
 }
 
-/// What is found at the largest share of 1 at which there is something; `None` where nothing is at 0.
-fn farthest(find: impl Fn(f64) -> Option<DVec2>) -> Option<DVec2> {
-    if let Some(found) = find(1.0) {
-        return Some(found);
+fn plane_from_image(
+    captured: &Pinhole,
+    lens: Option<&(Lens, DVec2)>,
+    image: DVec2,
+) -> Option<DVec2> {
+    match lens {
+        Some((lens, scale)) => lens.tangent_from_photo(image / scale),
+        None => Some(captured.tangent(image)),
     }
-    let (mut low, mut high) = (0.0, 1.0);
-    let mut best = find(low)?;
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        match find(middle) {
-            Some(found) => (low, best) = (middle, found),
-            None => high = middle,
-        }
+}
+
+/// The box of whole pixels around a bent picture in one that is not bent, unmirrored, with the same principal point.
+fn drawn_box(
+    captured: &Pinhole,
+    lens: Option<&(Lens, DVec2)>,
+) -> Result<(DVec2, DVec2), DrawingFault> {
+    let (size, principal) = (size_of(captured), captured.principal);
+    let around = box_of_border(size, |place| {
+        // Beyond the lens's domain, the farthest place towards the axis that is in it.
+        let plane =
+            farthest(|share| plane_from_image(captured, lens, principal.lerp(place, share)))?;
+        Some(principal + plane * captured.focal.abs())
+    });
+    let (low, high) = around.ok_or(DrawingFault::Lens)?;
+    let (mut low, mut high) = ((low - MARGIN_PX).floor(), (high + MARGIN_PX).ceil());
+    let most = (MOST_ROOM * size.max_element()).min(f64::from(MAX_SIDE_PX));
+    if lens.is_some() {
+        // Far corners of a fisheye lens are given up, and what lies nearest to its axis is kept.
+        let middle = principal.clamp(low, high);
+        low = low.max((middle - 0.5 * most).ceil());
+        high = high.min((middle + 0.5 * most).floor());
     }
-    Some(best)
+    let sides = high - low;
+    if !(sides.is_finite() && sides.max_element() <= most && sides.min_element() >= 1.0) {
+        let skew = captured.skew;
+        return Err(DrawingFault::Skew { skew });
+    }
+    Ok((low, high))
 }
 
 /// By how much skew moves something in the image, at most, pixels.
@@ -366,33 +329,6 @@ fn plain_camera(captured: &Pinhole, principal: DVec2, (width_px, height_px): (u3
         width_px,
         height_px,
     }
-}
-
-/// The colour at a place, bilinear in light; colours count as much as they are opaque.
-fn sample(picture: &ColourImage, place: DVec2) -> [u8; 4] {
-    let last = DVec2::new(
-        f64::from(picture.width) - 1.0,
-        f64::from(picture.height) - 1.0,
-    );
-    let place = (place - 0.5).clamp(DVec2::ZERO, last);
-    let low = place.floor();
-    let part = (place - low).as_vec2();
-    let mut sums = [0.0_f32; 4];
-    for (aside, below) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-        let weight = (1.0 - (part.x - aside as f32).abs()) * (1.0 - (part.y - below as f32).abs());
-        let at = (low + DVec2::new(aside, below)).min(last);
-        let first = 4 * (at.y as usize * picture.width as usize + at.x as usize);
-        let pixel = &picture.rgba[first..first + 4];
-        let opaque = weight * f32::from(pixel[3]) / 255.0;
-        for (sum, &byte) in sums.iter_mut().zip(&pixel[..3]) {
-            *sum += opaque * linear_from_srgb(f32::from(byte) / 255.0);
-        }
-        sums[3] += opaque;
-    }
-    let byte = |value: f32| (255.0 * value).round().clamp(0.0, 255.0) as u8;
-    let [r, g, b, alpha] = sums;
-    let colour = |sum: f32| byte(srgb_from_linear(sum / alpha.max(f32::MIN_POSITIVE)));
-    [colour(r), colour(g), colour(b), byte(alpha)]
 }
 
 #[cfg(test)]
@@ -547,6 +483,20 @@ mod tests {
             assert!(bent[0].len() > 30);
             let back = drawing.loops_from_drawn(&bent);
             assert!(back[0].iter().any(|p| p.distance(corner) < 1e-6));
+        }
+        // Of a part of a larger picture, far from its axis, all is drawn too.
+        let aside = Pinhole {
+            principal: DVec2::new(-150.3, 21.7),
+            focal: DVec2::splat(300.0),
+            ..camera
+        };
+        let fisheye = of(Projection::Equidistant, 0.0).distortion;
+        let bent = Lens::new(fisheye, (aside.focal, 0.0, aside.principal), (64, 48)).unwrap();
+        let drawing = Drawing::of_size(&aside, Some(&bent), (64, 48)).unwrap();
+        let size = drawing.camera.size();
+        for corner in [[0.0, 0.0], [64.0, 0.0], [64.0, 48.0], [0.0, 48.0]].map(DVec2::from) {
+            let place = drawing.drawn_from_image(corner).unwrap();
+            assert!(place.cmpge(DVec2::ZERO).all() && place.cmple(size).all());
         }
         // A lens that folds before the corners shows nothing there.
         let lens = of(Projection::Perspective, -3.0);

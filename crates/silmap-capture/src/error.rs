@@ -1,11 +1,10 @@
 //! Why a capture cannot be read: one sentence that names the file, and the view where there is one.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::drawing::DrawingFault;
 use crate::mask_image::MaskFault;
 use crate::pinhole::PinholeFault;
 
@@ -37,13 +36,7 @@ pub enum CaptureFault {
         "it is JSON, but no camera file that is known here: neither \"views\" (cameras.json) nor \"frames\" (transforms.json) is in it"
     )]
     OtherJson,
-    /// Damaged JSON.
-    #[error("it is damaged: {reason}")]
-    Json {
-        /// What the reader of JSON says, with line and column.
-        reason: String,
-    },
-    /// A damaged file of another kind.
+    /// A damaged file.
     #[error("it is damaged: {reason}")]
     Damaged {
         /// What is wrong with it.
@@ -68,6 +61,12 @@ pub enum CaptureFault {
     /// A list of views with nothing in it.
     #[error("it has no views")]
     NoViews,
+    /// Views none of which can be used.
+    #[error("none of its views can be used: {first}")]
+    NoUsableView {
+        /// The first of them, and why not.
+        first: String,
+    },
     /// A field that is missing or of another shape.
     #[error("{place}{field} must be {shape}{}", found.as_deref().map(|f| format!(", and is {f}")).unwrap_or_default())]
     Field {
@@ -169,14 +168,6 @@ pub enum CaptureFault {
         /// How many.
         count: usize,
     },
-    /// A camera that nothing can be drawn through.
-    #[error("view {view}: {fault}")]
-    Drawing {
-        /// The view's name.
-        view: String,
-        /// Why not.
-        fault: DrawingFault,
-    },
     /// So few masks that they bound nothing.
     #[error(
         "{count} of {views} views {} a mask, and a hull needs two at least, from different sides",
@@ -188,6 +179,16 @@ pub enum CaptureFault {
         /// Views.
         views: usize,
     },
+}
+
+impl CaptureFault {
+    /// The error of a file.
+    pub(crate) fn at(self, path: &Path) -> CaptureError {
+        CaptureError {
+            path: path.to_owned(),
+            fault: Box::new(self),
+        }
+    }
 }
 
 /// Names to choose from, as the end of a sentence.

@@ -6,7 +6,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use crate::camera_files::{self, CameraFile};
-use crate::declared::Declared;
+use crate::declared::{Declared, DeclaredView};
 use crate::error::{CaptureError, CaptureFault};
 use crate::find_mask::find_mask;
 use crate::mask_file::{self, CameraMask, MaskOptions};
@@ -32,10 +32,7 @@ pub fn read_with(path: &Path, masks: &MaskOptions) -> Result<Capture, CaptureErr
         folder,
         declared,
     } = camera_files::read(path)?;
-    with_masks(declared, (format, &file, &folder), masks).map_err(|fault| CaptureError {
-        path: file,
-        fault: Box::new(fault),
-    })
+    with_masks(declared, (format, &file, &folder), masks).map_err(|fault| fault.at(&file))
 }
 
 fn with_masks(
@@ -43,49 +40,16 @@ fn with_masks(
     (format, file, folder): (CameraFormat, &Path, &Path),
     options: &MaskOptions,
 ) -> Result<Capture, CaptureFault> {
-    let found: Vec<Result<Option<CameraMask>, CaptureFault>> = (declared.views.par_iter())
-        .map(|view| find_mask(view, folder, options))
+    let found: Vec<Result<_, CaptureFault>> = (declared.views.par_iter())
+        .map(|view| with_mask(view, folder, options))
         .collect();
-    let listed = declared.views.len();
     let (mut views, mut warnings) = (Vec::new(), declared.warnings);
     let is_unused = |w: &&CaptureWarning| matches!(w, CaptureWarning::Unused { .. });
-    let listed = listed + warnings.iter().filter(is_unused).count();
-    for (view, mask) in declared.views.into_iter().zip(found) {
-        let Some(CameraMask {
-            mask,
-            outline,
-            notes,
-        }) = mask?
-        else {
-            warnings.push(CaptureWarning::NoMask { view: view.name });
-            continue;
-        };
-        warnings.extend(notes.into_iter().map(|note| CaptureWarning::Mask {
-            view: view.name.clone(),
-            note,
-        }));
-        let photo = match (view.photo.as_deref())
-            .map(|path| mask_file::fits(path, (view.camera.width, view.camera.height)))
-        {
-            Some(Err(reason)) => {
-                let view = view.name.clone();
-                warnings.push(CaptureWarning::Photo { view, reason });
-                None
-            }
-            Some(Ok(())) => view.photo.clone(),
-            None => None,
-        };
-        let as_taken = CaptureView {
-            name: view.name,
-            camera: view.camera,
-            outline,
-            mask,
-            photo,
-            lens: None,
-            taken: None,
-            known: None,
-        };
-        views.push(without_lens(as_taken, &view.distortion)?);
+    let listed = found.len() + warnings.iter().filter(is_unused).count();
+    for result in found {
+        let (view, of_view) = result?;
+        views.extend(view);
+        warnings.extend(of_view);
     }
     // The last thing to be said: what is wrong with a view comes before.
     if !declared.is_metric {
@@ -112,4 +76,50 @@ fn with_masks(
         listed,
         warnings,
     })
+}
+
+/// A view with its mask, and without its lens; `None` where there is no mask. And what was odd.
+fn with_mask(
+    view: &DeclaredView,
+    folder: &Path,
+    options: &MaskOptions,
+) -> Result<(Option<CaptureView>, Vec<CaptureWarning>), CaptureFault> {
+    let (name, size) = (view.name.clone(), (view.camera.width, view.camera.height));
+    let of_view = (name.as_str(), view.photo.as_deref(), size);
+    let Some(CameraMask {
+        mask,
+        outline,
+        notes,
+    }) = find_mask(&view.mask, of_view, folder, options)?
+    else {
+        return Ok((None, vec![CaptureWarning::NoMask { view: name }]));
+    };
+    let note = |note| CaptureWarning::Mask {
+        view: name.clone(),
+        note,
+    };
+    let mut warnings: Vec<CaptureWarning> = notes.into_iter().map(note).collect();
+    let mut photo = view.photo.clone();
+    if let Some(Err(reason)) = view
+        .photo
+        .as_deref()
+        .map(|path| mask_file::fits(path, size))
+    {
+        photo = None;
+        warnings.push(CaptureWarning::Photo {
+            view: name.clone(),
+            reason,
+        });
+    }
+    let as_taken = CaptureView {
+        name,
+        camera: view.camera,
+        outline,
+        mask,
+        photo,
+        lens: None,
+        taken: None,
+        known: None,
+    };
+    Ok((Some(without_lens(as_taken, view.distortion)?), warnings))
 }

@@ -23,7 +23,7 @@ pub(crate) fn parse(text: &str) -> Result<Value, CaptureFault> {
         if is_word || error.to_string().starts_with("number out of range") {
             return CaptureFault::NotFinite { line, column };
         }
-        CaptureFault::Json {
+        CaptureFault::Damaged {
             reason: error.to_string(),
         }
     })

@@ -40,6 +40,7 @@
 //! 0.1 px in the hemisphere of Middlebury's dinosaur. A step of half a pixel changes that figure by 0.5 ± 0.02, but whether half a pixel of
 //! it is a convention or the principal point nobody can tell by masks. One axis cannot be told where all cameras turn about one line.
 
+mod border;
 mod bounds;
 mod camera_files;
 mod camera_list;
@@ -71,6 +72,7 @@ mod pictures;
 mod pieces;
 mod pinhole;
 mod reading;
+mod resample;
 mod residual;
 mod seen;
 mod shift;
@@ -97,7 +99,7 @@ mod view_names;
 mod visual_hull;
 
 pub use camera_files::is_capture;
-pub use camera_list::{CameraList, CameraView, read_cameras};
+pub use camera_list::{CameraList, CameraView, ViewMask, read_cameras};
 pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve_wider};
 pub use drawing::{Drawing, DrawingFault};
 pub use error::{CaptureError, CaptureFault};

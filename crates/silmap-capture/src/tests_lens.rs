@@ -219,7 +219,8 @@ fn photographs_are_sampled_where_the_lens_shows_them() {
             if let Some(photo) = photo.filter(|_| is_inside) {
                 let found = DVec2::new(pixel[0].into(), pixel[1].into());
                 assert!(found.distance(place) < 2.0, "{place} is {found}");
-                assert!(view.image_from_photo(photo).unwrap().distance(image) < 1e-6);
+                let tangent = view.lens.unwrap().tangent_from_photo(photo).unwrap();
+                assert!(view.camera.image(tangent).distance(image) < 1e-6);
                 compared += 1;
             }
         }
@@ -230,6 +231,35 @@ fn photographs_are_sampled_where_the_lens_shows_them() {
     let photographs = crate::photographs(&found, how, &mut Vec::new(), &watch).unwrap();
     let (_, painted) = paint(hull.mesh, &photographs, &watch).unwrap();
     assert!(painted.photographs == VIEWS && painted.seen > 0.7);
+}
+
+/// A left-handed pose is that of a mirrored photograph, whose lens is mirrored too.
+#[test]
+fn lenses_of_left_handed_poses_are_mirrored() {
+    let camera = cameras(1)[0];
+    let as_taken = Distortion {
+        prism: [0.03, -0.02],
+        ..brown([-0.3, 0.1, 0.0, 0.0], [0.01, -0.02])
+    };
+    let of_mirrored = Distortion {
+        tangential: [0.01, 0.02],
+        prism: [-0.03, -0.02],
+        ..as_taken
+    };
+    let [right, down, forward] = camera.axes;
+    let middle = DVec2::new(f64::from(SIZE.0) - camera.principal.x, camera.principal.y);
+    let intrinsics = (camera.focal, middle);
+    let mirrored = Pinhole::from_pose(camera.eye, [-right, down, forward], intrinsics, SIZE);
+    let mirrored = mirrored.unwrap();
+    assert!(mirrored.focal.x < 0.0);
+    let lens = |distortion, camera| Lens::of_view("a", distortion, camera).unwrap().unwrap();
+    let lenses = [lens(as_taken, &camera), lens(of_mirrored, &mirrored)];
+    for tangent in [[0.1, 0.2], [-0.3, 0.1], [0.2, -0.25]].map(DVec2::from) {
+        let [taken, back] = lenses.map(|lens| lens.photo_from_tangent(tangent).unwrap());
+        assert!(
+            (taken.x + back.x - f64::from(SIZE.0)).abs() < 1e-9 && (taken.y - back.y).abs() < 1e-9
+        );
+    }
 }
 
 /// nerfstudio's `applied_transform` is already in the poses: it changes nothing.

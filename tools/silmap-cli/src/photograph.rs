@@ -3,7 +3,7 @@
 use anyhow::bail;
 use image::RgbaImage;
 use image::imageops::{FilterType, resize};
-use silmap_capture::MaskOptions;
+use silmap_capture::{MaskOptions, ViewMask};
 use silmap_geometry::lighting::{linear_from_srgb, srgb_from_linear};
 use silmap_geometry::{ColourImage, Mask};
 
@@ -26,7 +26,7 @@ const TOO_LITTLE: [u8; 3] = [40, 90, 240];
 #[derive(Debug)]
 pub(crate) struct Photograph {
     colours: ColourImage,
-    mask: Option<Mask>,
+    mask: Option<ViewMask>,
 }
 
 /// A picture as it is written.
@@ -63,7 +63,10 @@ impl Photograph {
         };
         Ok(Self {
             colours: colour_image(colours),
-            mask: mask?.map(|mask| scaled(&mask, (width, height))),
+            mask: mask?.map(|found| ViewMask {
+                mask: scaled(&found.mask, (width, height)),
+                known: found.known.map(|known| scaled(&known, (width, height))),
+            }),
         })
     }
 
@@ -82,8 +85,12 @@ impl Photograph {
         if (drawn.width, drawn.height) != of {
             bail!("the picture has not the photograph's size");
         }
-        let covered = covered(drawn);
-        let overlap = self.mask.as_ref().map(|mask| overlap(&covered, mask));
+        let mut covered = covered(drawn);
+        // Of what the photograph does not show its mask says nothing.
+        if let Some(known) = self.mask.as_ref().and_then(|of| of.known.as_ref()) {
+            covered.intersect(known);
+        }
+        let overlap = self.mask.as_ref().map(|of| overlap(&covered, &of.mask));
         let picture = match place {
             PhotographArg::Behind => over(drawn, |k| pixel(&self.colours, k)),
             PhotographArg::Beside => {
@@ -104,7 +111,7 @@ impl Photograph {
             let [x, y] =
                 [k % covered.width() as usize, k / covered.width() as usize].map(|v| v as i64);
             let is_drawn = covered.get(x, y);
-            let mark = match &self.mask {
+            let mark = match self.mask.as_ref().map(|of| &of.mask) {
                 Some(mask) if is_drawn && !mask.get(x, y) => Some(TOO_MUCH),
                 Some(mask) if !is_drawn && mask.get(x, y) => Some(TOO_LITTLE),
                 Some(_) => None,
@@ -216,7 +223,7 @@ mod tests {
         };
         let photograph = Photograph {
             colours: image([[100, 100, 100, 255]; 4]),
-            mask: Some(mask),
+            mask: Some(ViewMask { mask, known: None }),
         };
         let drawn = [[0; 4], [200, 0, 0, 128], [200, 0, 0, 255], [0; 4]];
         (photograph, image(drawn))
@@ -260,6 +267,20 @@ mod tests {
         let [r, g, b, _] = difference[0];
         assert!(r == g && g == b && r < 100);
         assert_eq!(difference[0], difference[2]);
+    }
+
+    #[test]
+    fn what_the_photograph_does_not_show_counts_nowhere() {
+        let (mut photograph, drawn) = row();
+        let mut known = Mask::new(4, 1);
+        known.set_span(0, 2, 4);
+        photograph.mask.as_mut().unwrap().known = Some(known);
+        let shown = photograph
+            .with(&drawn, PhotographArg::Beside, None)
+            .unwrap();
+        assert_eq!(shown.overlap, Some(0.5));
+        assert_ne!(pixel(&shown.picture, 25)[..3], TOO_MUCH);
+        assert_eq!(pixel(&shown.picture, 27)[..3], TOO_LITTLE);
     }
 
     #[test]
