@@ -11,7 +11,7 @@ use crate::find_mask::size_by_pictures;
 use crate::json::{self, Fields};
 use crate::metashape::{self, Xml};
 use crate::turntable::make_metric;
-use crate::view::CameraFormat;
+use crate::view::{CameraFormat, CaptureWarning};
 use crate::{cameras_json, colmap, matrices, middlebury, pictures, transforms_json};
 
 /// Names that are looked for in a folder, the first that is there wins; after them the others, in the order of [`camera_file`].
@@ -23,8 +23,9 @@ const OF_TRAINING: &str = "transforms_train.json";
 /// What the names of Middlebury's camera files end in.
 const MIDDLEBURY: &str = "_par.txt";
 
-const KNOWN: &str = "cameras.json, transforms.json, a COLMAP model (cameras.bin or cameras.txt, also in sparse/0), *_par.txt, \
-                     cameras.xml of Metashape, txt/*.txt of PMVS, or 3×4 matrices in *.P or *.txt";
+const KNOWN: &str = "cameras.json, transforms.json, a COLMAP model (cameras.bin or cameras.txt, also in sparse/0), \
+                     transforms_train.json, *_par.txt, cameras.xml of Metashape, txt/*.txt of PMVS, or 3×4 matrices in *.P, *.txt or \
+                     OpenCV's *.xml";
 
 /// What a capture's camera file says.
 #[derive(Debug)]
@@ -62,55 +63,18 @@ fn is_xml(path: &Path) -> bool {
 
 /// Reads the cameras of a capture: of a camera file, or of the first that its folder holds.
 pub(crate) fn read(path: &Path) -> Result<CameraFile, CaptureError> {
-    let fault_at = |path: &Path| {
-        let path = path.to_owned();
-        move |fault| CaptureError {
-            path,
-            fault: Box::new(fault),
-        }
-    };
-    let file = camera_file(path).map_err(fault_at(path))?;
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => PathBuf::from("."),
-    };
-    if colmap::is_of_model(&file) {
-        let (declared, folder) = colmap::read(&file)?;
-        return Ok(CameraFile {
-            format: CameraFormat::Colmap,
-            path: file,
-            folder,
-            declared,
+    let file = camera_file(path).map_err(|fault| fault.at(path))?;
+    let (format, mut declared, folder) = understood(&file)?;
+    if declared.views.is_empty() {
+        let first = declared.warnings.iter().find_map(|warning| match warning {
+            CaptureWarning::Unused { view, reason } => Some(format!("view {view}: {reason}")),
+            _ => None,
         });
-    }
-    if !is_middlebury(&file) && matrices::is_of_matrices(&file) {
-        let (format, declared, folder) = matrices::read(&file)?;
-        return Ok(CameraFile {
-            format,
-            path: file,
-            folder,
-            declared,
+        let fault = first.map_or(CaptureFault::NoViews, |first| CaptureFault::NoUsableView {
+            first,
         });
+        return Err(fault.at(&file));
     }
-    let text = input::read_text(&file)
-        .map_err(CaptureFault::Unreadable)
-        .map_err(fault_at(&file))?;
-    let understood = if is_middlebury(&file) {
-        let size_of = |photo: &Path| size_by_pictures(photo, &folder);
-        middlebury::read(&text, &folder, &size_of).map(|d| (CameraFormat::Middlebury, d))
-    } else if is_xml(&file) {
-        match metashape::read(&text, &folder) {
-            Ok(Xml::Metashape(declared)) => Ok((CameraFormat::Metashape, declared)),
-            Ok(Xml::Matrices(list)) => {
-                let declared = matrices::of_list(list, &file, &folder)?;
-                Ok((CameraFormat::Matrices, declared))
-            }
-            Err(fault) => Err(fault),
-        }
-    } else {
-        of_json(&text, &folder)
-    };
-    let (format, mut declared) = understood.map_err(fault_at(&file))?;
     if !declared.is_metric {
         make_metric(&mut declared);
     }
@@ -120,6 +84,36 @@ pub(crate) fn read(path: &Path) -> Result<CameraFile, CaptureError> {
         folder,
         declared,
     })
+}
+
+/// What a camera file says, by the reader of its kind, and the folder of photographs and masks.
+fn understood(file: &Path) -> Result<(CameraFormat, Declared, PathBuf), CaptureError> {
+    if colmap::is_of_model(file) {
+        let (declared, folder) = colmap::read(file)?;
+        return Ok((CameraFormat::Colmap, declared, folder));
+    }
+    if !is_middlebury(file) && matrices::is_of_matrices(file) {
+        return matrices::read(file);
+    }
+    let folder = pictures::folder_of(file);
+    let text = input::read_text(file).map_err(|e| CaptureFault::Unreadable(e).at(file))?;
+    let read = if is_middlebury(file) {
+        let size_of = |photo: &Path| size_by_pictures(photo, &folder);
+        middlebury::read(&text, &folder, &size_of).map(|d| (CameraFormat::Middlebury, d))
+    } else if is_xml(file) {
+        match metashape::read(&text, &folder) {
+            Ok(Xml::Metashape(declared)) => Ok((CameraFormat::Metashape, declared)),
+            Ok(Xml::Matrices(list)) => {
+                let declared = matrices::of_list(list, file, &folder)?;
+                Ok((CameraFormat::Matrices, declared))
+            }
+            Err(fault) => Err(fault),
+        }
+    } else {
+        of_json(&text, &folder)
+    };
+    let (format, declared) = read.map_err(|fault| fault.at(file))?;
+    Ok((format, declared, folder))
 }
 
 fn camera_file(path: &Path) -> Result<PathBuf, CaptureFault> {
@@ -147,8 +141,8 @@ fn camera_file(path: &Path) -> Result<PathBuf, CaptureFault> {
     let mut others = pictures::files(path, is_xml);
     others.sort_by_key(|file| !file.ends_with("cameras.xml"));
     let is_known = |file: &PathBuf| {
-        let text = input::read_text(file);
-        text.is_ok_and(|text| metashape::is_known(&text)) || file.ends_with("cameras.xml")
+        let text = || input::read_text(file);
+        file.ends_with("cameras.xml") || text().is_ok_and(|text| metashape::is_known(&text))
     };
     let of_xml = others.into_iter().find(is_known);
     let first = of_xml.or_else(|| matrices::find(path));

@@ -2,20 +2,17 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use serde_json::Value;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::CaptureFault;
 use crate::json::Fields;
 use crate::lens::Distortion;
-use crate::pinhole::{Matrix34, Pinhole, PinholeFault, rotation_deviation};
+use crate::pinhole::{Matrix33, Matrix34, Pinhole, of_rows, product};
 
 /// How far P may be from K·[R t], as a share of the largest element.
 const AGREEMENT: f64 = 1e-3;
-
-/// How far the axes of R may be from a rotation.
-const ROTATION_TOLERANCE: f64 = 1e-3;
 
 const MATRIX_34: &str = "3×4";
 const MATRIX_33: &str = "3×3";
@@ -99,49 +96,34 @@ fn camera(
         let p = p.ok_or_else(|| fields.fault("P", "3×4, or K, R and t be given"))?;
         return Pinhole::from_matrix(&p, shift, size).map_err(fault);
     };
-    let deviation = rotation_deviation(r.map(DVec3::from));
-    if deviation > ROTATION_TOLERANCE {
-        return Err(fault(PinholeFault::NoRotation { deviation }));
-    }
-    let product = product(&k, &r, DVec3::from(t));
-    let camera =
-        Pinhole::from_matrix(p.as_ref().unwrap_or(&product), shift, size).map_err(fault)?;
+    let t = DVec3::from(t);
+    let of_parts = Pinhole::from_parts((&k, &r, t), shift, size).map_err(fault)?;
     let Some(p) = p else {
-        return Ok(camera);
+        return Ok(of_parts);
     };
-    let difference = scaled_difference(&p, &product);
+    let camera = Pinhole::from_matrix(&p, shift, size).map_err(fault)?;
+    let difference = scaled_difference(&p, &product((&k, &r, t)));
     if difference <= AGREEMENT {
         return Ok(camera);
     }
-    let turned: [[f64; 3]; 3] = std::array::from_fn(|i| std::array::from_fn(|j| r[j][i]));
-    let back = -(rows(&turned) * DVec3::from(t));
+    let turned: Matrix33 = std::array::from_fn(|i| std::array::from_fn(|j| r[j][i]));
+    let back = -(of_rows(&turned) * t);
     let hints = [
-        (turned, DVec3::from(t), ": with R transposed they agree"),
+        (turned, t, ": with R transposed they agree"),
         (
             turned,
             back,
             ": R and t seem to be those from camera to world",
         ),
     ];
-    let agrees = |(r, t, _): &([[f64; 3]; 3], DVec3, &str)| {
-        scaled_difference(&p, &self::product(&k, r, *t)) <= AGREEMENT
+    let agrees = |(r, t, _): &(Matrix33, DVec3, &str)| {
+        scaled_difference(&p, &product((&k, r, *t))) <= AGREEMENT
     };
     Err(CaptureFault::Disagreement {
         view: name.to_owned(),
         difference,
         hint: hints.iter().find(|h| agrees(h)).map_or("", |h| h.2),
     })
-}
-
-fn rows(m: &[[f64; 3]; 3]) -> DMat3 {
-    DMat3::from_cols_array_2d(m).transpose()
-}
-
-/// K·[R t].
-fn product(k: &[[f64; 3]; 3], r: &[[f64; 3]; 3], t: DVec3) -> Matrix34 {
-    let (block, last) = ((rows(k) * rows(r)).transpose(), rows(k) * t);
-    let columns = block.to_cols_array_2d();
-    std::array::from_fn(|i| [columns[i][0], columns[i][1], columns[i][2], last[i]])
 }
 
 /// Largest difference of two matrices that are both scaled to a largest element of one.

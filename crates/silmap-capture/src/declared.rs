@@ -44,3 +44,21 @@ pub(crate) struct Declared {
     /// Views that are listed and cannot be used.
     pub(crate) warnings: Vec<CaptureWarning>,
 }
+
+impl Declared {
+    /// What files say that have no more than metric cameras.
+    pub(crate) fn of(
+        views: Vec<DeclaredView>,
+        pixel_centre: f64,
+        warnings: Vec<CaptureWarning>,
+    ) -> Self {
+        Self {
+            name: None,
+            pixel_centre,
+            object_bounds: None,
+            is_metric: true,
+            views,
+            warnings,
+        }
+    }
+}

@@ -61,32 +61,22 @@ pub(crate) fn is_of_matrices(path: &Path) -> bool {
 
 /// Reads a file of matrices; where it has just one, those beside it too. Returns the folder of photographs and masks.
 pub(crate) fn read(file: &Path) -> Result<(CameraFormat, Declared, PathBuf), CaptureError> {
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => PathBuf::from("."),
-    };
+    let folder = pictures::folder_of(file);
     let first = read_file(file)?;
     let is_pmvs = first.is_contour;
     if first.found.is_empty() {
-        return Err(fault_at(file, CaptureFault::NoViews));
+        return Err(CaptureFault::NoViews.at(file));
     }
-    let is_below = |name: &str| folder.file_name().is_some_and(|n| n == name);
-    let above = ["txt", "cameras", "calib", "P"]
-        .iter()
-        .any(|name| is_below(name));
-    let root = match folder.parent() {
-        Some(parent) if above && !parent.as_os_str().is_empty() => parent.to_owned(),
-        Some(_) if above => PathBuf::from("."),
-        _ => folder.clone(),
+    let name = folder.file_name().and_then(|name| name.to_str());
+    let root = match name.is_some_and(|name| FOLDERS.contains(&name)) {
+        true => pictures::folder_of(&folder),
+        false => folder.clone(),
     };
     let mut all = Vec::new();
     if first.found.len() > 1 {
         all.extend(first.found.into_iter().enumerate().map(|(k, found)| {
-            (
-                found.name.clone().unwrap_or_else(|| k.to_string()),
-                found.matrix,
-                file.to_owned(),
-            )
+            let name = found.name.unwrap_or_else(|| k.to_string());
+            (name, found.matrix, file.to_owned())
         }));
     } else {
         let same = |path: &Path| path.extension() == file.extension();
@@ -133,15 +123,8 @@ pub(crate) fn of_list(
         .map(|(name, matrix)| (name, matrix, file.to_owned()))
         .collect();
     match all.is_empty() {
-        true => Err(fault_at(file, CaptureFault::NoViews)),
+        true => Err(CaptureFault::NoViews.at(file)),
         false => declared(&all, root),
-    }
-}
-
-fn fault_at(path: &Path, fault: CaptureFault) -> CaptureError {
-    CaptureError {
-        path: path.to_owned(),
-        fault: Box::new(fault),
     }
 }
 
@@ -151,8 +134,8 @@ struct FileOfMatrices {
 }
 
 fn read_file(path: &Path) -> Result<FileOfMatrices, CaptureError> {
-    let text = input::read_text(path).map_err(|e| fault_at(path, CaptureFault::Unreadable(e)))?;
-    let found = parse(&text).map_err(|fault| fault_at(path, fault))?;
+    let text = input::read_text(path).map_err(|e| CaptureFault::Unreadable(e).at(path))?;
+    let found = parse(&text).map_err(|fault| fault.at(path))?;
     Ok(FileOfMatrices {
         is_contour: text.trim_start().starts_with(CONTOUR),
         found,
@@ -266,12 +249,11 @@ fn declared(list: &[(String, Matrix34, PathBuf)], root: &Path) -> Result<Declare
             _ => name.clone(),
         };
         let size = size_by_pictures(&photo, root);
-        let size =
-            size.ok_or_else(|| fault_at(file, CaptureFault::NoSize { view: name.clone() }))?;
+        let size = size.ok_or_else(|| CaptureFault::NoSize { view: name.clone() }.at(file))?;
         let camera = Pinhole::from_matrix(&in_front(matrix), 0.5 - PIXEL_CENTRE, size);
         let camera = camera.map_err(|fault| {
             let view = name.clone();
-            fault_at(file, CaptureFault::Camera { view, fault })
+            CaptureFault::Camera { view, fault }.at(file)
         })?;
         views.push(DeclaredView {
             camera,
@@ -281,14 +263,7 @@ fn declared(list: &[(String, Matrix34, PathBuf)], root: &Path) -> Result<Declare
             name,
         });
     }
-    Ok(Declared {
-        name: None,
-        pixel_centre: PIXEL_CENTRE,
-        object_bounds: None,
-        is_metric: true,
-        views,
-        warnings,
-    })
+    Ok(Declared::of(views, PIXEL_CENTRE, warnings))
 }
 
 /// The matrix, or its negative, whose left block has a positive determinant.

@@ -4,7 +4,8 @@
 //! the world, and that of the chunk where the component has none. Cameras that are not aligned, or turned off, are not used.
 //!
 //! Source: Agisoft, Metashape Professional User Manual, appendix "Camera models"; the same, Python reference, `Chunk.exportCameras`.
-//! Deviations: p3 and p4 (of old releases), rolling shutter and layers of multi-camera systems are not read.
+//! Deviations: p3 and p4 (of old releases) are refused where they are not zero; rolling shutter and layers of multi-camera systems are not
+//! read.
 
 use std::path::{Path, PathBuf};
 
@@ -90,7 +91,7 @@ fn of_metashape(root: Node<'_, '_>, folder: &Path) -> Result<Declared, CaptureFa
         .collect();
     // A label may be a whole path of another machine.
     let slashed: Vec<String> = labels.iter().map(|l| l.replace('\\', "/")).collect();
-    let names = label_names(&slashed);
+    let names = view_names(slashed.iter().map(String::as_str));
     let (mut views, mut warnings) = (Vec::new(), Vec::new());
     for ((camera, label), name) in cameras.into_iter().zip(&slashed).zip(names) {
         let place = format!("view {name}: ");
@@ -132,26 +133,7 @@ fn of_metashape(root: Node<'_, '_>, folder: &Path) -> Result<Declared, CaptureFa
             name,
         });
     }
-    Ok(Declared {
-        name: None,
-        pixel_centre: 0.5,
-        object_bounds: None,
-        is_metric: true,
-        views,
-        warnings,
-    })
-}
-
-/// Names of views: labels without folders; what follows a point is an extension only where it is that of a picture.
-fn label_names(labels: &[String]) -> Vec<String> {
-    // `view_names` takes the last extension away: one more protects labels that have none.
-    let guarded: Vec<String> = (labels.iter())
-        .map(|label| match pictures::is_picture(Path::new(label)) {
-            true => label.clone(),
-            false => format!("{label}.jpg"),
-        })
-        .collect();
-    view_names(guarded.iter().map(String::as_str))
+    Ok(Declared::of(views, 0.5, warnings))
 }
 
 /// The photograph of a label: as it stands, or its file's name in the capture's folders.

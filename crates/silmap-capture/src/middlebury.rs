@@ -5,18 +5,15 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::CaptureFault;
 use crate::lens::Distortion;
-use crate::pinhole::{Pinhole, PinholeFault, rotation_deviation};
+use crate::pinhole::Pinhole;
 
 /// Numbers of a line: K, R and t.
 const NUMBERS: usize = 21;
-
-/// How far the axes of R may be from a rotation.
-const ROTATION_TOLERANCE: f64 = 1e-3;
 
 /// Folders beside the file that photographs are looked for in; the first is the file's own.
 const PHOTO_FOLDERS: [&str; 3] = ["", "photos", "images"];
@@ -51,14 +48,7 @@ pub(crate) fn read(
             reason: format!("it says {count} images, and {} follow", views.len()),
         });
     }
-    Ok(Declared {
-        name: None,
-        pixel_centre: PIXEL_CENTRE,
-        object_bounds: None,
-        is_metric: true,
-        warnings: Vec::new(),
-        views,
-    })
+    Ok(Declared::of(views, PIXEL_CENTRE, Vec::new()))
 }
 
 fn view(
@@ -94,21 +84,14 @@ fn view(
         view: name.clone(),
         fault,
     };
-    let row = |k: usize| DVec3::new(v[k], v[k + 1], v[k + 2]);
-    let deviation = rotation_deviation([row(9), row(12), row(15)]);
-    if deviation > ROTATION_TOLERANCE {
-        return Err(fault(PinholeFault::NoRotation { deviation }));
-    }
-    let k = DMat3::from_cols(row(0), row(3), row(6)).transpose();
-    let r = DMat3::from_cols(row(9), row(12), row(15)).transpose();
-    let (block, last) = ((k * r).transpose(), k * row(18));
-    let rows = [block.x_axis, block.y_axis, block.z_axis];
-    let matrix = std::array::from_fn(|i| [rows[i].x, rows[i].y, rows[i].z, last[i]]);
+    let row = |k: usize| [v[k], v[k + 1], v[k + 2]];
+    let [k, r] = [0, 9].map(|first| [row(first), row(first + 3), row(first + 6)]);
     let mut photos = PHOTO_FOLDERS.iter().map(|f| folder.join(f).join(file));
     let photo = photos.find(|path| path.is_file());
     let place: PathBuf = photo.clone().unwrap_or_else(|| folder.join(file));
     let size = size_of(&place).ok_or_else(|| CaptureFault::NoSize { view: name.clone() })?;
-    let camera = Pinhole::from_matrix(&matrix, 0.5 - PIXEL_CENTRE, size).map_err(fault)?;
+    let parts = (&k, &r, DVec3::from(row(18)));
+    let camera = Pinhole::from_parts(parts, 0.5 - PIXEL_CENTRE, size).map_err(fault)?;
     Ok(DeclaredView {
         camera,
         distortion: Distortion::default(),

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 const FOLDERS: [&str; 6] = ["", "images", "photos", "visualize", "image", "imgs"];
 
 /// Extensions of photographs.
-const EXTENSIONS: [&str; 8] = ["jpg", "png", "jpeg", "webp", "JPG", "PNG", "JPEG", "WEBP"];
+pub(crate) const EXTENSIONS: [&str; 8] =
+    ["jpg", "png", "jpeg", "webp", "JPG", "PNG", "JPEG", "WEBP"];
 
 /// The photograph of a name with or without its extension; `None` where there is none.
 pub(crate) fn find(folder: &Path, name: &str) -> Option<PathBuf> {
@@ -35,7 +36,7 @@ pub(crate) fn in_order(folder: &Path, count: usize) -> Option<Vec<PathBuf>> {
 
 pub(crate) fn is_picture(path: &Path) -> bool {
     let extension = path.extension();
-    extension.is_some_and(|e| EXTENSIONS.iter().any(|known| e == *known))
+    extension.is_some_and(|e| EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known)))
 }
 
 /// Files of a folder; none of one that cannot be read. Sorted, as the order in a folder is the file system's own.
@@ -45,6 +46,14 @@ pub(crate) fn files(folder: &Path, is_wanted: impl Fn(&Path) -> bool) -> Vec<Pat
     let mut found: Vec<PathBuf> = paths.filter(|p| is_wanted(p) && p.is_file()).collect();
     found.sort();
     found
+}
+
+/// The folder that a file is in.
+pub(crate) fn folder_of(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
 }
 
 pub(crate) fn file_name(path: &Path) -> String {

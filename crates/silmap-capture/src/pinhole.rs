@@ -10,6 +10,9 @@ use thiserror::Error;
 /// Rows of a 3×4 matrix.
 pub type Matrix34 = [[f64; 4]; 3];
 
+/// Rows of a 3×3 matrix.
+pub(crate) type Matrix33 = [[f64; 3]; 3];
+
 /// A row of a matrix that is this small beside what it is orthogonalised against has no direction of its own.
 const RANK_TOLERANCE: f64 = 1e-9;
 
@@ -124,6 +127,22 @@ impl Pinhole {
             height,
         }
         .checked()
+    }
+
+    /// The camera of K·\[R t\], as [`Self::from_matrix`] has it.
+    ///
+    /// # Errors
+    /// As [`Self::from_matrix`], and when R is no rotation.
+    pub(crate) fn from_parts(
+        parts: (&Matrix33, &Matrix33, DVec3),
+        shift: f64,
+        size: (u32, u32),
+    ) -> Result<Self, PinholeFault> {
+        let deviation = rotation_deviation(parts.1.map(DVec3::from));
+        if deviation > ROTATION_TOLERANCE {
+            return Err(PinholeFault::NoRotation { deviation });
+        }
+        Self::from_matrix(&product(parts), shift, size)
     }
 
     /// The camera of a pose: its centre and the axes right, down and forward in object space.
@@ -271,7 +290,7 @@ impl Pinhole {
 }
 
 /// Largest element of A·Aᵀ − 1, infinite where a number is not finite.
-pub(crate) fn rotation_deviation(axes: [DVec3; 3]) -> f64 {
+fn rotation_deviation(axes: [DVec3; 3]) -> f64 {
     let mut largest = 0.0_f64;
     for (i, a) in axes.iter().enumerate() {
         for (j, b) in axes.iter().enumerate() {
@@ -284,6 +303,18 @@ pub(crate) fn rotation_deviation(axes: [DVec3; 3]) -> f64 {
         }
     }
     largest
+}
+
+/// A matrix of its rows.
+pub(crate) fn of_rows(m: &Matrix33) -> DMat3 {
+    DMat3::from_cols_array_2d(m).transpose()
+}
+
+/// K·[R t].
+pub(crate) fn product((k, r, t): (&Matrix33, &Matrix33, DVec3)) -> Matrix34 {
+    let (block, last) = ((of_rows(k) * of_rows(r)).transpose(), of_rows(k) * t);
+    let rows = block.to_cols_array_2d();
+    std::array::from_fn(|i| [rows[i][0], rows[i][1], rows[i][2], last[i]])
 }
 
 /// The rank of three rows, by taking out of the later ones what lies along the earlier.

@@ -176,6 +176,29 @@ fn poses_of_nerf_are_read_as_written() {
     );
     assert_eq!(found.views[1].name, "b");
     assert_eq!(found.views[1].mask, mask);
+
+    // Names that folders alone tell apart; the size is that of masks where nothing else has it.
+    let mut file = file;
+    for (frame, path) in file["frames"]
+        .as_array_mut()
+        .unwrap()
+        .iter_mut()
+        .zip(["a/1.jpg", "b/1.jpg"])
+    {
+        frame["file_path"] = path.into();
+        let path = folder.path().join("masks").join(path);
+        fs::create_dir(path.parent().unwrap()).unwrap();
+        save(&mask, &path.with_extension("png"));
+    }
+    for side in ["w", "h"] {
+        file.as_object_mut().unwrap().remove(side);
+    }
+    save(&mask, &folder.path().join("masks/1.jpg.png"));
+    fs::write(folder.path().join("transforms.json"), file.to_string()).unwrap();
+    let found = read(folder.path()).unwrap();
+    let names: Vec<&str> = found.views.iter().map(|v| v.name.as_str()).collect();
+    assert_eq!(names, ["a/1", "b/1"]);
+    assert_eq!(found.views[0].camera.width, 40);
 }
 
 #[test]

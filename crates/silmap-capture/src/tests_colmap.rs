@@ -318,6 +318,12 @@ fn damaged_models_are_said() {
         message
     };
     assert!(message.contains("model EQUIRECTANGULAR"), "{message}");
+    // Without its other file it is of COLMAP still.
+    let alone = tempfile::tempdir().unwrap();
+    let path = alone.path().join("cameras.txt");
+    fs::copy(folder.path().join("cameras.txt"), &path).unwrap();
+    let message = read(&path).unwrap_err().to_string();
+    assert!(message.contains("images.txt"), "{message}");
 
     write_binary(&made, folder.path());
     for file in ["cameras.bin", "images.bin"] {

@@ -103,13 +103,16 @@ fn plain_matrices_are_read_as_written() {
         let numbers = words(matrix(camera).into_iter().flatten());
         writeln!(text, "{}.jpg {numbers}", name(k)).unwrap();
     }
-    fs::write(folder.path().join("matrices.txt"), text).unwrap();
     let with_extension = |k| name(k) + ".jpg";
-    assert_as_made(
-        &read(folder.path()).unwrap(),
-        CameraFormat::Matrices,
-        with_extension,
-    );
+    // A name that a file of COLMAP's has too.
+    for file in ["matrices.txt", "cameras.txt"].map(|name| folder.path().join(name)) {
+        fs::write(&file, &text).unwrap();
+        for path in [folder.path(), &file] {
+            let found = read(path).unwrap();
+            assert_as_made(&found, CameraFormat::Matrices, with_extension);
+        }
+        fs::remove_file(file).unwrap();
+    }
 
     // OpenCV's, whose names are no photograph's: these are taken in order.
     let folder = tempfile::tempdir().unwrap();
@@ -205,7 +208,7 @@ fn write_metashape(folder: &Path, is_on_component: bool) {
     for (k, camera) in views.iter().enumerate() {
         let within = if is_on_component { &chunk } else { &plain };
         let transform = within.camera(&far(camera));
-        let label = ["DSC_0", "C:\\photos\\DSC_1.JPG", "DSC_2", "DSC_3.v2"][k];
+        let label = ["DSC_0", "C:\\photos\\DSC_1.JPG", "DSC_3.v3", "DSC_3.v2"][k];
         // Cameras may be in groups.
         if k == 2 {
             list += "<group id=\"0\" label=\"Group 1\">";
@@ -233,7 +236,7 @@ fn write_metashape(folder: &Path, is_on_component: bool) {
             skew: 1.25,
             ..*camera
         };
-        let name = ["DSC_0.png", "DSC_1.JPG.png", "DSC_2.png", "DSC_3.v2.png"][k];
+        let name = ["DSC_0.png", "DSC_1.JPG.png", "DSC_3.v3.png", "DSC_3.v2.png"][k];
         save(
             &photographed(&bent, lens()),
             &folder.join("masks").join(name),
@@ -261,7 +264,7 @@ fn cameras_of_metashape_are_read_as_written() {
             (CameraFormat::Metashape, 4)
         );
         let names: Vec<&str> = found.views.iter().map(|v| v.name.as_str()).collect();
-        assert_eq!(names, ["DSC_0", "DSC_1", "DSC_2", "DSC_3.v2"]);
+        assert_eq!(names, ["DSC_0", "DSC_1", "DSC_3.v3", "DSC_3.v2"]);
         for (view, camera) in found.views.iter().zip(cameras(4)) {
             assert_eq!(view.lens.unwrap().distortion, lens());
             let shift = view.camera.principal - camera.principal;
@@ -316,6 +319,11 @@ fn damaged_xml_is_said() {
         ("<scale>12.5", "<scale>-1", "must be positive"),
         ("width=\"220\"", "", "no resolution"),
         ("<camera ", "<other ", "damaged"),
+        (
+            "sensor_id=\"3\"",
+            "sensor_id=\"4\"",
+            "none of its views can be used: view DSC_0: its sensor has no calibration",
+        ),
     ] {
         let message = told(from, to);
         assert!(message.contains(expected), "{message}");

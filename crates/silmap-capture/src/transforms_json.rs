@@ -11,10 +11,13 @@ use serde_json::Value;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::CaptureFault;
+use crate::find_mask::size_by_pictures;
 use crate::json::Fields;
 use crate::lens::{Distortion, Projection};
-use crate::mask_file;
+use crate::mask_file::size_of;
+use crate::pictures::EXTENSIONS;
 use crate::pinhole::Pinhole;
+use crate::view_names::view_names;
 
 /// Camera models whose lens is a polynomial about a perspective camera.
 const PERSPECTIVE: [&str; 8] = [
@@ -34,9 +37,6 @@ const FISHEYE: [&str; 2] = ["OPENCV_FISHEYE", "FISHEYE"];
 /// Fields by which instant-ngp says that a camera is none of them.
 const OTHER_MODELS: [&str; 4] = ["ftheta_p0", "lonlat", "latlong", "ortho"];
 
-/// Extensions that may be left out of `file_path`.
-const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "webp", "PNG", "JPG"];
-
 /// Reads the file's object; paths are relative to `folder`.
 pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, CaptureFault> {
     let listed = object.get("frames").and_then(Value::as_array);
@@ -44,7 +44,7 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
     if listed.is_empty() {
         return Err(CaptureFault::NoViews);
     }
-    let views = listed.iter().enumerate().map(|(number, value)| {
+    let frames = listed.iter().enumerate().map(|(number, value)| {
         let place = format!("frame number {}: ", number + 1);
         let map = value.as_object().ok_or_else(|| CaptureFault::Field {
             place: place.clone(),
@@ -55,47 +55,39 @@ pub(crate) fn read(object: &Fields<'_>, folder: &Path) -> Result<Declared, Captu
         let frame = Fields { place, map };
         let file = frame.text("file_path")?;
         let file = file.ok_or_else(|| frame.fault("file_path", "the photograph's path"))?;
-        let name = view_name(file);
-        let frame = Fields {
+        Ok((file, map))
+    });
+    let frames = frames.collect::<Result<Vec<_>, CaptureFault>>()?;
+    let names = view_names(frames.iter().map(|(file, _)| *file));
+    let views = frames.iter().zip(names).map(|(&(file, map), name)| {
+        let fields = Fields {
             place: format!("view {name}: "),
             map,
         };
         let photo = with_extension(&folder.join(file));
-        let mask = match frame.text("mask_path")? {
+        let mask = match fields.text("mask_path")? {
             Some(path) => MaskPlace::Named(with_extension(&folder.join(path))),
             None => MaskPlace::ByConvention,
         };
-        let camera = camera(object, &frame, &name, (&photo, &mask))?;
+        let of_pictures = || match &mask {
+            MaskPlace::Named(path) => size_of(&photo).or_else(|| size_of(path)),
+            _ => size_by_pictures(&photo, folder),
+        };
+        let frame = Frame {
+            name: &name,
+            fields,
+            file: object,
+        };
         Ok(DeclaredView {
-            distortion: distortion(object, &frame, &name)?,
-            name,
-            camera,
+            camera: frame.camera(&of_pictures)?,
+            distortion: frame.distortion()?,
             mask,
             photo: Some(photo),
+            name,
         })
     });
-    Ok(Declared {
-        views: views.collect::<Result<_, _>>()?,
-        name: None,
-        pixel_centre: 0.5,
-        object_bounds: None,
-        is_metric: true,
-        warnings: Vec::new(),
-    })
-}
-
-/// The photograph's name without folder and extension.
-fn view_name(file: &str) -> String {
-    let path = Path::new(file);
-    let is_picture = path
-        .extension()
-        .is_some_and(|e| EXTENSIONS.iter().any(|k| e.eq_ignore_ascii_case(k)));
-    let name = if is_picture {
-        path.file_stem()
-    } else {
-        path.file_name()
-    };
-    name.map_or_else(|| file.to_owned(), |n| n.to_string_lossy().into_owned())
+    let views = views.collect::<Result<_, CaptureFault>>()?;
+    Ok(Declared::of(views, 0.5, Vec::new()))
 }
 
 /// The path itself when it is there, or with the first extension that is.
@@ -103,7 +95,8 @@ fn with_extension(path: &Path) -> PathBuf {
     if path.is_file() {
         return path.to_owned();
     }
-    let mut tried = EXTENSIONS.iter().map(|extension| {
+    // NeRF's own sets mean pictures with an alpha channel.
+    let mut tried = ["png"].iter().chain(&EXTENSIONS).map(|extension| {
         let mut name = path.as_os_str().to_owned();
         name.push(".");
         name.push(extension);
@@ -114,115 +107,117 @@ fn with_extension(path: &Path) -> PathBuf {
         .unwrap_or_else(|| path.to_owned())
 }
 
-/// The lens of a frame: its own fields, or those of the file.
-fn distortion(
-    file: &Fields<'_>,
-    frame: &Fields<'_>,
-    name: &str,
-) -> Result<Distortion, CaptureFault> {
-    let model = match frame.text("camera_model")? {
-        Some(model) => model,
-        None => file.text("camera_model")?.unwrap_or_default(),
-    };
-    let unknown = |what: &str| CaptureFault::LensModel {
-        view: name.to_owned(),
-        what: what.to_owned(),
-    };
-    let flag = |field: &str| {
-        let value = frame.get(field).or_else(|| file.get(field));
-        value.is_some_and(|v| v.as_bool() != Some(false))
-    };
-    if let Some(field) = OTHER_MODELS.iter().find(|field| flag(field)) {
-        return Err(unknown(field));
-    }
-    let is_fisheye = FISHEYE.contains(&model) || flag("is_fisheye");
-    if !(is_fisheye || PERSPECTIVE.contains(&model)) {
-        return Err(unknown(model));
-    }
-    let number = |field: &'static str| match frame.number(field)? {
-        Some(found) => Ok(Some(found)),
-        None => file.number(field),
-    };
-    let [k1, k2, k3, k4] = ["k1", "k2", "k3", "k4"].map(number);
-    let (k1, k2, k3, k4) = (k1?, k2?, k3?, k4?);
-    let (k5, k6) = (number("k5")?, number("k6")?);
-    let [p1, p2] = ["p1", "p2"].map(number);
-    let or_none = |value: Option<f64>| value.unwrap_or(0.0);
-    let is_rational = !is_fisheye && (k5.is_some() || k6.is_some() || model == "FULL_OPENCV");
-    let (last, denominator) = match is_rational {
-        true => (0.0, [k4, k5, k6].map(or_none)),
-        false => (or_none(k4), [0.0; 3]),
-    };
-    Ok(Distortion {
-        projection: match is_fisheye {
-            true => Projection::Equidistant,
-            false => Projection::Perspective,
-        },
-        numerator: [or_none(k1), or_none(k2), or_none(k3), last],
-        denominator,
-        // The fisheye model of OpenCV has none; programs that write one for all models leave zeros there.
-        tangential: match is_fisheye {
-            true => [0.0; 2],
-            false => [or_none(p1?), or_none(p2?)],
-        },
-        prism: [0.0; 2],
-    })
+/// A frame, which has its own fields or those of the file.
+struct Frame<'a> {
+    name: &'a str,
+    fields: Fields<'a>,
+    file: &'a Fields<'a>,
 }
 
-fn camera(
-    file: &Fields<'_>,
-    frame: &Fields<'_>,
-    name: &str,
-    (photo, mask): (&Path, &MaskPlace),
-) -> Result<Pinhole, CaptureFault> {
-    let number = |field: &'static str| match frame.number(field)? {
-        Some(found) => Ok(Some(found)),
-        None => file.number(field),
-    };
-    let pixels = |field: &'static str| match frame.pixels(field)? {
-        Some(found) => Ok(Some(found)),
-        None => file.pixels(field),
-    };
-    let size = match (pixels("w")?, pixels("h")?) {
-        (Some(width), Some(height)) => (width, height),
-        _ => {
-            let of_mask = || match mask {
-                MaskPlace::Named(path) => mask_file::size_of(path),
-                _ => None,
-            };
-            let found = mask_file::size_of(photo).or_else(of_mask);
-            found.ok_or_else(|| CaptureFault::NoSize {
-                view: name.to_owned(),
-            })?
+impl Frame<'_> {
+    fn number(&self, field: &'static str) -> Result<Option<f64>, CaptureFault> {
+        match self.fields.number(field)? {
+            Some(found) => Ok(Some(found)),
+            None => self.file.number(field),
         }
-    };
-    let (width, height) = (f64::from(size.0), f64::from(size.1));
-    let of_angle = |angle: Option<f64>, side: f64| angle.map(|a| side / (2.0 * (a / 2.0).tan()));
-    let (fl_x, fl_y) = (number("fl_x")?, number("fl_y")?);
-    let fx = fl_x.or(of_angle(number("camera_angle_x")?, width));
-    let fy = fl_y.or(of_angle(number("camera_angle_y")?, height));
-    let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else {
-        return Err(frame.fault("fl_x", "given, or camera_angle_x"));
-    };
-    let middle = DVec2::new(
-        number("cx")?.unwrap_or(width / 2.0),
-        number("cy")?.unwrap_or(height / 2.0),
-    );
-    let pose = match frame.matrix::<4, 4>("transform_matrix", "4×4") {
-        Ok(found) => found.map(|m| [m[0], m[1], m[2]]),
-        Err(fault) => match frame.matrix::<3, 4>("transform_matrix", "3×4") {
-            Ok(found) => found,
-            Err(_) => return Err(fault),
-        },
-    };
-    let pose = pose.ok_or_else(|| frame.fault("transform_matrix", "4×4"))?;
-    let column = |c: usize| DVec3::new(pose[0][c], pose[1][c], pose[2][c]);
-    // Right, up, backward.
-    let axes = [column(0), -column(1), -column(2)];
-    Pinhole::from_pose(column(3), axes, (DVec2::new(fx, fy), middle), size).map_err(|fault| {
-        CaptureFault::Camera {
-            view: name.to_owned(),
-            fault,
+    }
+
+    fn pixels(&self, field: &'static str) -> Result<Option<u32>, CaptureFault> {
+        match self.fields.pixels(field)? {
+            Some(found) => Ok(Some(found)),
+            None => self.file.pixels(field),
         }
-    })
+    }
+
+    fn distortion(&self) -> Result<Distortion, CaptureFault> {
+        let (frame, file) = (&self.fields, self.file);
+        let number = |field| self.number(field);
+        let model = match frame.text("camera_model")? {
+            Some(model) => model,
+            None => file.text("camera_model")?.unwrap_or_default(),
+        };
+        let unknown = |what: &str| CaptureFault::LensModel {
+            view: self.name.to_owned(),
+            what: what.to_owned(),
+        };
+        let flag = |field: &str| {
+            let value = frame.get(field).or_else(|| file.get(field));
+            value.is_some_and(|v| v.as_bool() != Some(false))
+        };
+        if let Some(field) = OTHER_MODELS.iter().find(|field| flag(field)) {
+            return Err(unknown(field));
+        }
+        let is_fisheye = FISHEYE.contains(&model) || flag("is_fisheye");
+        if !(is_fisheye || PERSPECTIVE.contains(&model)) {
+            return Err(unknown(model));
+        }
+        let [k1, k2, k3, k4] = ["k1", "k2", "k3", "k4"].map(number);
+        let (k1, k2, k3, k4) = (k1?, k2?, k3?, k4?);
+        let (k5, k6) = (number("k5")?, number("k6")?);
+        let [p1, p2] = ["p1", "p2"].map(number);
+        let or_none = |value: Option<f64>| value.unwrap_or(0.0);
+        let is_rational = !is_fisheye && (k5.is_some() || k6.is_some() || model == "FULL_OPENCV");
+        let (last, denominator) = match is_rational {
+            true => (0.0, [k4, k5, k6].map(or_none)),
+            false => (or_none(k4), [0.0; 3]),
+        };
+        Ok(Distortion {
+            projection: match is_fisheye {
+                true => Projection::Equidistant,
+                false => Projection::Perspective,
+            },
+            numerator: [or_none(k1), or_none(k2), or_none(k3), last],
+            denominator,
+            // The fisheye model of OpenCV has none; programs that write one for all models leave zeros there.
+            tangential: match is_fisheye {
+                true => [0.0; 2],
+                false => [or_none(p1?), or_none(p2?)],
+            },
+            prism: [0.0; 2],
+        })
+    }
+
+    /// The camera; `of_pictures` finds the size of its image where no field has it.
+    fn camera(
+        &self,
+        of_pictures: &dyn Fn() -> Option<(u32, u32)>,
+    ) -> Result<Pinhole, CaptureFault> {
+        let frame = &self.fields;
+        let number = |field| self.number(field);
+        let view = self.name.to_owned();
+        let size = match (self.pixels("w")?, self.pixels("h")?) {
+            (Some(width), Some(height)) => (width, height),
+            _ => of_pictures().ok_or(CaptureFault::NoSize { view })?,
+        };
+        let (width, height) = (f64::from(size.0), f64::from(size.1));
+        let of_angle =
+            |angle: Option<f64>, side: f64| angle.map(|a| side / (2.0 * (a / 2.0).tan()));
+        let (fl_x, fl_y) = (number("fl_x")?, number("fl_y")?);
+        let fx = fl_x.or(of_angle(number("camera_angle_x")?, width));
+        let fy = fl_y.or(of_angle(number("camera_angle_y")?, height));
+        let (Some(fx), Some(fy)) = (fx.or(fy), fy.or(fx)) else {
+            return Err(frame.fault("fl_x", "given, or camera_angle_x"));
+        };
+        let middle = DVec2::new(
+            number("cx")?.unwrap_or(width / 2.0),
+            number("cy")?.unwrap_or(height / 2.0),
+        );
+        let pose = match frame.matrix::<4, 4>("transform_matrix", "4×4") {
+            Ok(found) => found.map(|m| [m[0], m[1], m[2]]),
+            Err(fault) => match frame.matrix::<3, 4>("transform_matrix", "3×4") {
+                Ok(found) => found,
+                Err(_) => return Err(fault),
+            },
+        };
+        let pose = pose.ok_or_else(|| frame.fault("transform_matrix", "4×4"))?;
+        let column = |c: usize| DVec3::new(pose[0][c], pose[1][c], pose[2][c]);
+        // Right, up, backward.
+        let axes = [column(0), -column(1), -column(2)];
+        Pinhole::from_pose(column(3), axes, (DVec2::new(fx, fy), middle), size).map_err(|fault| {
+            CaptureFault::Camera {
+                view: self.name.to_owned(),
+                fault,
+            }
+        })
+    }
 }

@@ -3,16 +3,19 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The name of each path's view: the file's without its extension, or with folders and extension where those alone are different.
+use crate::pictures::is_picture;
+
+/// The name of each path's view: the file's without a picture's extension, or with folders and extension where those alone are different.
 /// Paths that are there twice are numbered.
 pub(crate) fn view_names<'a>(paths: impl Iterator<Item = &'a str> + Clone) -> Vec<String> {
-    let stem = |path: &str| {
-        let name = Path::new(path).file_stem();
-        name.map_or_else(|| path.to_owned(), |s| s.to_string_lossy().into_owned())
+    let without = |path: &str| match Path::new(path) {
+        picture if is_picture(picture) => picture.with_extension("").to_string_lossy().into_owned(),
+        _ => path.to_owned(),
     };
-    let without = |path: &str| {
-        let path = Path::new(path).with_extension("");
-        path.to_string_lossy().into_owned()
+    let stem = |path: &str| {
+        let path = without(path);
+        let name = Path::new(&path).file_name();
+        name.map_or_else(|| path.clone(), |s| s.to_string_lossy().into_owned())
     };
     for form in [&stem as &dyn Fn(&str) -> String, &without, &str::to_owned] {
         let names: Vec<String> = paths.clone().map(form).collect();
@@ -53,5 +56,8 @@ mod tests {
         assert_eq!(of(&["1.jpg", "1.png"]), ["1.jpg", "1.png"]);
         assert_eq!(of(&["1.jpg", "1.jpg"]), ["1.jpg", "1.jpg (2)"]);
         assert_eq!(of(&["a photo.v2.jpg"]), ["a photo.v2"]);
+        // What follows a point is an extension only where it is that of a picture.
+        assert_eq!(of(&["a/1.v2", "b/1.JpG"]), ["1.v2", "1"]);
+        assert_eq!(of(&["1.v2", "1.v2"]), ["1.v2", "1.v2 (2)"]);
     }
 }

@@ -17,6 +17,8 @@ use silmap_mesh_io::input;
 
 use crate::declared::{Declared, DeclaredView, MaskPlace};
 use crate::error::{CaptureError, CaptureFault};
+use crate::find_mask;
+use crate::pictures::folder_of;
 use crate::pinhole::Pinhole;
 use crate::view::CaptureWarning;
 use crate::view_names::view_names;
@@ -121,13 +123,16 @@ pub(crate) fn find(folder: &Path) -> Option<PathBuf> {
     files.find(|file| file.is_file() && file.with_file_name(images_name(file)).is_file())
 }
 
-/// Whether a file belongs to such a model, by its name.
+/// Whether a file belongs to such a model, by its name. A `cameras.txt` without `images.txt` may be one of matrices: it is of a model where
+/// it can be read so.
 pub(crate) fn is_of_model(path: &Path) -> bool {
     const STEMS: [&str; 4] = ["cameras", "images", "rigs", "frames"];
     let is_one = |name: Option<&std::ffi::OsStr>, of: &[&str]| {
         name.is_some_and(|n| of.iter().any(|known| n == *known))
     };
-    is_one(path.file_stem(), &STEMS) && is_one(path.extension(), &EXTENSIONS)
+    let is_named = is_one(path.file_stem(), &STEMS) && is_one(path.extension(), &EXTENSIONS);
+    let is_alone = path.ends_with("cameras.txt") && !path.with_file_name("images.txt").is_file();
+    is_named && (!is_alone || read_part(path, binary::cameras, text::cameras).is_ok())
 }
 
 fn images_name(file: &Path) -> String {
@@ -145,22 +150,15 @@ pub(crate) fn read(file: &Path) -> Result<(Declared, PathBuf), CaptureError> {
     let cameras = read_part(&part("cameras"), binary::cameras, text::cameras)?;
     let images = part("images");
     let mut lines = read_part(&images, binary::images, text::images)?;
-    let fault_at = |path: &Path| {
-        let path = path.to_owned();
-        move |fault| CaptureError {
-            path,
-            fault: Box::new(fault),
-        }
-    };
     let mut of_id: HashMap<u32, &CameraLine> = HashMap::new();
     for camera in &cameras {
         if of_id.insert(camera.id, camera).is_some() {
             let reason = format!("camera {} is there twice", camera.id);
-            return Err(fault_at(&part("cameras"))(CaptureFault::Damaged { reason }));
+            return Err(CaptureFault::Damaged { reason }.at(&part("cameras")));
         }
     }
     if lines.is_empty() {
-        return Err(fault_at(&images)(CaptureFault::NoViews));
+        return Err(CaptureFault::NoViews.at(&images));
     }
     let (rigs, frames) = (part("rigs"), part("frames"));
     if lines.iter().any(|line| line.camera_from_world.is_none())
@@ -175,7 +173,7 @@ pub(crate) fn read(file: &Path) -> Result<(Declared, PathBuf), CaptureError> {
     lines.sort_by(|a, b| a.name.cmp(&b.name));
     let root = root_of(file);
     let declared = declared(&lines, &of_id, &root, &part("cameras"));
-    Ok((declared.map_err(fault_at(&images))?, root))
+    Ok((declared.map_err(|fault| fault.at(&images))?, root))
 }
 
 /// Reads one file of a model by the reader of its kind.
@@ -193,10 +191,7 @@ fn read_part<T>(
             .map_err(CaptureFault::Unreadable)
             .and_then(|words| text(words.trim_start_matches('\u{feff}'))),
     };
-    read.map_err(|fault| CaptureError {
-        path: path.to_owned(),
-        fault: Box::new(fault),
-    })
+    read.map_err(|fault| fault.at(path))
 }
 
 /// Gives images without a pose the one of their frame and sensor.
@@ -223,10 +218,7 @@ fn take_poses_of_frames(images: &mut [ImageLine], rigs: &[RigLine], frames: &[Fr
 
 /// The folder that holds `images` or `masks`: the model's own, or one above.
 fn root_of(file: &Path) -> PathBuf {
-    let model = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-        _ => PathBuf::from("."),
-    };
+    let model = folder_of(file);
     // A path such as `sparse/0` has no name above it.
     let whole = std::fs::canonicalize(&model).unwrap_or_else(|_| model.clone());
     for name in ["images", "masks"] {
@@ -306,31 +298,13 @@ fn declared(
             name,
         });
     }
-    Ok(Declared {
-        name: None,
-        pixel_centre: 0.5,
-        object_bounds: None,
-        is_metric: true,
-        views,
-        warnings,
-    })
+    Ok(Declared::of(views, 0.5, warnings))
 }
 
 /// `masks/NAME.jpg.png`, as COLMAP itself has them, and `masks/NAME.png`, with the photograph's folders or without.
 fn masks_of(image: &str, root: &Path) -> Vec<PathBuf> {
-    let folder = root.join("masks");
-    let mut places = Vec::new();
-    for name in [
-        Path::new(image),
-        Path::new(Path::new(image).file_name().unwrap_or_default()),
-    ] {
-        for extension in ["png", "webp"] {
-            let mut whole = name.as_os_str().to_owned();
-            whole.push(".");
-            whole.push(extension);
-            places.push(folder.join(whole));
-            places.push(folder.join(name.with_extension(extension)));
-        }
-    }
-    places
+    let (masks, image) = (root.join("masks"), Path::new(image));
+    let file = Path::new(image.file_name().unwrap_or_default());
+    let places = [image, file].into_iter();
+    places.flat_map(|i| find_mask::named(&masks, i)).collect()
 }
