@@ -272,11 +272,12 @@ impl From<BackendArg> for Backend {
 /// `--repair` help. The asset opens in any glTF viewer as a plain textured low-polygon model. The error that is printed is over the
 /// captured views, where those that were kept count as right: `silmap evaluate` measures in between.
 ///
-/// A capture is a folder that holds `cameras.json` (matrices), `transforms.json` (NeRF, nerfstudio), a COLMAP model (also in `sparse/0`),
-/// `*_par.txt` (Middlebury), `cameras.xml` (Metashape), `txt/*.txt` (PMVS) or plain 3×4 matrices, or such a file, with a mask for each view:
-/// where the file names it, else `masks/NAME.png`, `masks/NAME.jpg.png`, or the photograph's alpha channel. The hull that all masks leave
-/// is carved, coloured from the photographs, and built like a mesh. The asset's views are the photographs' own silhouettes, and those of
-/// the carved hull where nobody took one. Lens distortion is taken out. `--check` says how well the masks agree.
+/// A capture is a folder that holds `cameras.json` (matrices), `transforms.json` (nerfstudio), a COLMAP model (also in `sparse/0`),
+/// `transforms_train.json` (NeRF), `*_par.txt` (Middlebury), `cameras.xml` (Metashape), `txt/*.txt` (PMVS) or plain 3×4 matrices, or such a
+/// file, with a mask for each view: where the file names it, else `masks/NAME.png`, `masks/NAME.jpg.png`, or the photograph's alpha
+/// channel. The hull that all masks leave is carved, coloured from the photographs, and built like a mesh. The asset's views are the
+/// photographs' own silhouettes, and those of the carved hull where nobody took one. Lens distortion is taken out. `--check` says how well
+/// the masks agree.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
