@@ -103,7 +103,6 @@ fn put(folder: &Path, target: &str, name: &str, bytes: &[u8]) -> anyhow::Result<
     std::fs::write(&path, bytes).with_context(|| path.display().to_string())
 }
 
-/// What our own writers do not write: target, file, content.
 /// Camera files of every kind: the letter that chooses the file, then its bytes.
 fn put_cameras(folder: &Path) -> anyhow::Result<()> {
     for (k, name) in cameras::FILES.into_iter().enumerate() {
@@ -148,6 +147,7 @@ const CAMERAS: &[(&str, &str)] = &[
     ("txt/a.txt", "CONTOUR\n30 0 12 36\n0 30 10 30\n0 0 1 3\n"),
 ];
 
+/// What our own writers do not write: target, file, content.
 const TEXTS: &[(&str, &str, &str)] = &[
     (
         "mtl",

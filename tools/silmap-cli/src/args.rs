@@ -15,7 +15,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 
 pub(crate) use applications::{AlignArgs, SimplifyArgs};
-pub(crate) use building::{AttachArgs, BackendArg, BuildArgs, DemoArgs};
+pub(crate) use building::{AttachArgs, BackendArg, BuildArgs, CoverageArg, DemoArgs};
 pub(crate) use captures::{CarveArgs, MaskArgs};
 pub(crate) use groups::{
     AssetOfModelArgs, CameraArgs, CapturedCameraArgs, InterpolationArgs, KeptPartsArgs,

@@ -9,6 +9,7 @@ use silmap_geometry::Camera;
 
 use crate::args::{CameraArgs, CapturedCameraArgs, usage_error};
 use crate::interrupt;
+use crate::output::OutputFile;
 use crate::scene::Scene;
 
 /// A view of a capture, and the picture that is drawn for it, in coordinates about a model's origin.
@@ -18,6 +19,15 @@ pub(crate) struct Captured {
     pub(crate) file: PathBuf,
     pub(crate) view: CameraView,
     pub(crate) drawing: Drawing,
+}
+
+impl Captured {
+    /// Ends the program, as for options that are wrong together, when the camera file or the photograph would be written over.
+    pub(crate) fn refuse_to_be_replaced_by(&self, written: &OutputFile) {
+        for input in self.view.photo.iter().chain([&self.file]) {
+            written.refuse_to_replace(input);
+        }
+    }
 }
 
 /// The view that is named, and the camera file; `None` where none is.
@@ -43,11 +53,11 @@ pub(crate) fn named(args: &CapturedCameraArgs) -> anyhow::Result<Option<(PathBuf
 /// One sentence with the names of file and view.
 pub(crate) fn of_view(
     (file, view): (&Path, &CameraView),
-    draw: impl FnOnce(&CameraView) -> Result<Drawing, DrawingFault>,
+    made: Result<Drawing, DrawingFault>,
     scene: &Scene,
 ) -> anyhow::Result<Captured> {
     Ok(Captured {
-        drawing: drawing((file, &view.name), draw(view), scene)?,
+        drawing: drawing((file, &view.name), made, scene)?,
         view: view.clone(),
         file: file.to_owned(),
     })
@@ -82,16 +92,11 @@ pub(crate) fn of_args(args: &CameraArgs, scene: &Scene) -> anyhow::Result<Option
         }
         return Ok(None);
     };
-    let draw = |view: &CameraView| {
-        let own = (view.camera.width, view.camera.height);
-        let size = args.size.map_or(own, |size| (size.width, size.height));
-        Drawing::of_size(
-            &view.camera,
-            view.lens.as_ref().filter(|_| args.distorted),
-            size,
-        )
-    };
-    of_view((&file, &view), draw, scene).map(Some)
+    let own = (view.camera.width, view.camera.height);
+    let size = args.size.map_or(own, |size| (size.width, size.height));
+    let lens = view.lens.as_ref().filter(|_| args.distorted);
+    let made = Drawing::of_size(&view.camera, lens, size);
+    of_view((&file, &view), made, scene).map(Some)
 }
 
 /// Ends the program for an option that is one of a camera of a capture's, where there is none.

@@ -1,6 +1,7 @@
 //! What a camera looks at, and the coordinates of both.
 
 use glam::DVec3;
+use silmap_geometry::Bounds;
 use silmap_map::Asset;
 
 /// What is looked at.
@@ -21,6 +22,15 @@ impl Scene {
             origin: asset.placement.in_scene,
             origin_in_model: asset.placement.in_model,
             sphere: (asset.map.center, asset.map.radius),
+        }
+    }
+
+    /// A mesh, in coordinates about its origin.
+    pub(crate) fn of_mesh(origin: DVec3, bounds: &Bounds) -> Self {
+        Self {
+            origin,
+            origin_in_model: origin,
+            sphere: (bounds.center, bounds.radius),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Options of `build` for captures: photographs' cameras and masks in the place of a mesh.
+//! Options of `build` for captures, and of commands that compare with a capture's masks.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ impl MaskArgs {
 }
 
 /// How a capture is carved.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 pub(crate) struct CarveArgs {
     /// Print what was understood of a capture and how well its masks agree with each other, and build nothing
     #[arg(long, help_heading = "Captures", conflicts_with_all = ["from", "manifest", "params_from", "out", "uniform_curve"])]
@@ -54,4 +54,14 @@ pub(crate) struct CarveArgs {
     /// With `--check` or without; it is written as soon as the hull is carved
     #[arg(long, help_heading = "Captures", value_name = "PAGE.html", conflicts_with_all = ["from", "manifest"])]
     pub(crate) page: Option<PathBuf>,
+}
+
+impl CarveArgs {
+    /// How masks are read.
+    pub(crate) fn masks(&self) -> MaskOptions {
+        MaskOptions {
+            is_inverted: self.mask_inverted,
+            rule: self.mask_rule,
+        }
+    }
 }

@@ -56,7 +56,7 @@ pub(crate) struct CameraArgs {
     pub(crate) distorted: bool,
 }
 
-/// A camera of a capture.
+/// A camera of a capture, as `edges` and `align` take it too.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CapturedCameraArgs {
     /// Look through a photograph's camera: a capture's camera file, or its folder. Masks need not be there

@@ -210,10 +210,11 @@ pub(crate) enum WhereArg {
 #[command(after_help = "\
 Examples:
   silmap evaluate bunny.glb --model bunny.ply --close-holes --viewpoints 200 --json
-  silmap evaluate squirrel.glb --camera squirrel/cameras.json")]
+  silmap evaluate squirrel.glb --camera squirrel/cameras.json
+  silmap evaluate squirrel --leave-one-out")]
 #[command(group = clap::ArgGroup::new("compared").required(true).multiple(true).args(["model", "camera", "leave_one_out"]))]
 pub(crate) struct EvaluateArgs {
-    /// The asset
+    /// The asset, or with --leave-one-out the capture
     pub(crate) asset: PathBuf,
     /// The mesh it was made from
     #[arg(long, value_name = "MODEL")]
@@ -230,7 +231,7 @@ pub(crate) struct EvaluateArgs {
     pub(crate) masks: MaskArgs,
     /// Leave the views of a capture out, each in turn, and predict it from the rest: ASSET is the capture then. Where the object's mesh is
     /// known in the frame of the cameras, --model compares with its silhouettes, not with the masks, and with a map of its own
-    #[arg(long, conflicts_with_all = ["camera", "viewpoints", "textures", "placement", "method"])]
+    #[arg(long, conflicts_with_all = ["camera", "viewpoints", "seed", "resolution", "textures", "placement", "method"])]
     pub(crate) leave_one_out: bool,
     /// Leave only every Nth view out [default: 1, of more than 100 views 4]
     #[arg(long, value_name = "N", requires = "leave_one_out", value_parser = clap::value_parser!(u32).range(1..=65_536))]

@@ -136,7 +136,8 @@ Examples:
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --svg lines.svg
   silmap edges bunny.ply --close-holes --direction 0,0,1 --method table --list --json > edges.json
   silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --outline outline.json
-  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --method cones --forest bunny.cones")]
+  silmap edges bunny.ply --close-holes --eye 0.3,0.2,0.4 --method cones --forest bunny.cones
+  silmap edges scan.ply --camera cameras.json --view image_9 --outline outline.json")]
 #[command(group = clap::ArgGroup::new("viewpoint").required(true).args(["eye", "direction", "camera"]))]
 pub(crate) struct EdgesArgs {
     #[command(flatten)]

@@ -7,8 +7,8 @@ use anyhow::{Context, bail};
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
+use silmap_capture::Drawing;
 use silmap_capture::mask_image::{self, MaskImage};
-use silmap_capture::{CameraView, Drawing};
 use silmap_exact::{AlignParams, angle_between, refine_pose};
 use silmap_geometry::camera::in_short;
 use silmap_geometry::trace::trace_contours;
@@ -73,6 +73,9 @@ pub(crate) fn run(args: &AlignArgs) -> anyhow::Result<()> {
     let captured = captured_camera(args, size, &model)?;
     let intrinsics = captured.as_ref().map(|c| c.drawing.camera);
     if let Some(captured) = &captured {
+        if let Some(file) = &file {
+            captured.refuse_to_be_replaced_by(file);
+        }
         outline = captured.drawing.drawn_from_loops(&outline);
     }
     let start = match (&args.start, intrinsics) {
@@ -182,14 +185,9 @@ fn captured_camera(
     let Some((file, view)) = captured_camera::named(&args.captured)? else {
         return Ok(None);
     };
-    let bounds = model.bounds();
-    let scene = Scene {
-        origin: model.origin(),
-        origin_in_model: model.origin(),
-        sphere: (bounds.center, bounds.radius),
-    };
-    let draw = |view: &CameraView| Drawing::of_size(&view.camera, view.lens.as_ref(), size);
-    captured_camera::of_view((&file, &view), draw, &scene)
+    let scene = Scene::of_mesh(model.origin(), model.bounds());
+    let made = Drawing::of_size(&view.camera, view.lens.as_ref(), size);
+    captured_camera::of_view((&file, &view), made, &scene)
         .map(Some)
         .with_context(|| args.mask.display().to_string())
 }

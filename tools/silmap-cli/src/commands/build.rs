@@ -17,7 +17,7 @@ use silmap_preprocess::pipeline::{self, BuildParams, BuildReport, Photographed};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
 
-use crate::args::{BackendArg, BuildArgs, usage_error};
+use crate::args::{BackendArg, BuildArgs, CarveArgs, CoverageArg, usage_error};
 use crate::commands::captured::{self, CaptureJson, CarvedCapture};
 use crate::commands::{manifest, open_gpu};
 use crate::files::{check_model_of, load_model_with, load_options, read_asset};
@@ -155,6 +155,9 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         file.refuse_to_replace(model);
     }
     names::check_asset(args.out())?;
+    if let Some(page) = &args.carving.page {
+        output::refuse_same_file([&file, &OutputFile::check(page)?]);
+    }
     let Some(model_path) = &args.model else {
         return run_from(args, file, started);
     };
@@ -170,8 +173,11 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         // So that a missing adapter is known before the work, and by its own exit code.
         open_gpu()?;
     }
+    let texture_px = recipe.map_or(args.textures.texture_size, |recipe| {
+        recipe.build.textures.size_px
+    });
     let mut carved = silmap_capture::is_capture(model_path)
-        .then(|| CarvedCapture::of(model_path, &args.carving, args.textures.texture_size))
+        .then(|| CarvedCapture::of(model_path, &args.carving, texture_px))
         .transpose()?;
     let model = match &carved {
         Some(carved) => carved.model(),
@@ -180,7 +186,6 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     if let Some((asset, _)) = &recorded {
         check_model_of(asset, model_path, &model);
     }
-    let load = started.elapsed().as_secs_f64();
     let params = recipe.map_or_else(
         || {
             let fitting = (carved.as_ref()).map(|c| captured::fitting_resolution_px(&c.capture));
@@ -194,6 +199,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         .map(CarvedCapture::photographed)
         .transpose()?
         .unwrap_or_default();
+    let load = started.elapsed().as_secs_f64();
     let (mut asset, report) = build_watched(&model, &seen, &params).with_context(named)?;
     if let Some(views) = recipe.and_then(|recipe| recipe.fewer_views) {
         asset = keep_fewer_views(&asset, ViewGoal::Keep(views)).with_context(named)?;
@@ -276,25 +282,28 @@ fn check_usage(args: &BuildArgs) {
             "--keep cannot be more than --views",
         );
     }
-    let (carving, model) = (&args.carving, args.model.as_deref());
-    let is_of_captures = carving.check
-        || carving.no_photographs
-        || carving.voxels.is_some()
-        || carving.outvoted.is_some()
-        || carving.mask_inverted
-        || carving.mask_rule.is_some()
-        || carving.page.is_some();
-    if is_of_captures && model.is_some_and(|m| m.is_file() && !silmap_capture::is_capture(m)) {
+    let model = args.model.as_deref();
+    let is_capture = model.is_some_and(silmap_capture::is_capture);
+    if args.carving != CarveArgs::default() && model.is_some_and(Path::is_file) && !is_capture {
         usage_error(
             ErrorKind::ArgumentConflict,
             "--check, --voxels, --outvoted, --no-photographs, --mask-inverted, --mask-rule and --page are for captures, and this is neither a folder nor a camera file",
         );
     }
     let is_mending = load_options(args.mending) != LoadOptions::default();
-    if is_mending && model.is_some_and(silmap_capture::is_capture) {
+    if is_mending && is_capture {
         usage_error(
             ErrorKind::ArgumentConflict,
             "--close-holes, --repair, --alpha and --weld mend a mesh, and a capture's carved hull is closed",
+        );
+    }
+    let captured = &args.capture;
+    let is_of_meshes =
+        captured.radius.is_some() || captured.coverage == CoverageArg::Any || args.uniform_curve;
+    if is_of_meshes && is_capture {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--radius, --coverage any and --uniform-curve are for meshes: a capture's views are where the photographs were taken",
         );
     }
 }
@@ -393,10 +402,13 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
     let (captured, kept) = (&args.capture, &args.map);
     let coverage = CoverageRule::from(captured.coverage);
     let default_tolerance = SimplifyContourParams::for_coverage(coverage).tolerance_px;
+    let usual = BuildParams::default();
     let mut params = BuildParams {
         load: load_options(args.mending),
         views: captured.views,
-        view_radius_rel: captured.radius.in_radii(model_radius),
+        view_radius_rel: (captured.radius).map_or(usual.view_radius_rel, |radius| {
+            radius.in_radii(model_radius)
+        }),
         resolution_px: captured.resolution.unwrap_or(resolution_px),
         capture: CaptureParams {
             coverage,
@@ -405,7 +417,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
         tolerance_px: captured.tolerance.unwrap_or(default_tolerance),
         keep_cavities: args.parts.keep_cavities,
         textures: (&args.textures).into(),
-        ..BuildParams::default()
+        ..usual
     };
     params.map.keep = kept.keep.unwrap_or(params.map.keep).min(captured.views);
     params.map.max_error = kept.max_error.map(|share| share.0);

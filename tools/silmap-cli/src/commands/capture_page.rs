@@ -1,33 +1,22 @@
 //! The page about a capture: `build --page`.
 
 use glam::DVec2;
-use silmap_capture::{Capture, Carved, ImageShift, Pinhole, disagreeing, silhouette};
+use silmap_capture::{Pinhole, silhouette};
 use silmap_report::{CapturePage, CapturePageView, capture_page};
 
-/// What is known about a capture.
-#[derive(Debug)]
-pub(crate) struct About<'a> {
-    pub(crate) capture: &'a Capture,
-    pub(crate) carved: &'a Carved,
-    pub(crate) warnings: &'a [String],
-    /// Views that have no vote.
-    pub(crate) left_out: &'a [String],
-    pub(crate) shift: Option<&'a ImageShift>,
-    /// The agreement of hull and masks, in a few words.
-    pub(crate) agreement: String,
-}
+use crate::commands::captured::CarvedCapture;
 
 /// The page, in the frame of the cameras but for the origin of the carved hull.
-pub(crate) fn page(found: &About<'_>) -> String {
-    let (capture, carved) = (found.capture, found.carved);
+pub(crate) fn page(found: &CarvedCapture) -> String {
+    let (capture, carved) = (&found.capture, &found.carved);
     let hull = carved.mesh.mesh();
-    let disagree = disagreeing(&carved.residuals);
-    let views = capture.views.iter().zip(&carved.residuals).enumerate();
-    let views = views.map(|(number, (view, residual))| {
+    let (left_out, disagree) = (found.left_out(), found.disagree());
+    let views = capture.views.iter().zip(&carved.residuals);
+    let views = views.map(|(view, residual)| {
         let camera = view.camera.moved(-carved.mesh.origin());
-        let remark = if found.left_out.contains(&view.name) {
+        let remark = if left_out.contains(&view.name.as_str()) {
             Some("left out")
-        } else if disagree.contains(&number) {
+        } else if disagree.contains(&view.name.as_str()) {
             Some("disagrees with the rest")
         } else {
             None
@@ -48,7 +37,7 @@ pub(crate) fn page(found: &About<'_>) -> String {
         title: format!("Capture of {}", capture.name),
         understood: understood(found),
         found: found_out(found),
-        warnings: found.warnings,
+        warnings: &found.warnings,
         hull,
         views: views.collect(),
     })
@@ -63,8 +52,8 @@ fn row(what: &str, how: String) -> (String, String) {
     (what.to_owned(), how)
 }
 
-fn understood(found: &About<'_>) -> Vec<(String, String)> {
-    let capture = found.capture;
+fn understood(found: &CarvedCapture) -> Vec<(String, String)> {
+    let capture = &found.capture;
     let mut sizes: Vec<[u32; 2]> = (capture.views.iter())
         .map(|v| [v.camera.width, v.camera.height])
         .collect();
@@ -79,7 +68,6 @@ fn understood(found: &About<'_>) -> Vec<(String, String)> {
     } else {
         ""
     };
-    let photographs = capture.views.iter().filter(|v| v.photo.is_some()).count();
     vec![
         row("camera file", capture.path.display().to_string()),
         row("format", capture.format.name().to_owned()),
@@ -88,36 +76,23 @@ fn understood(found: &About<'_>) -> Vec<(String, String)> {
             "first pixel's centre",
             format!("at {}", capture.pixel_centre),
         ),
-        row(
-            "views",
-            format!(
-                "{}, {} with a mask, {photographs} with a photograph",
-                capture.listed,
-                capture.views.len()
-            ),
-        ),
+        row("views", found.counts()),
         row("images", format!("{}{more} pixels", shown.join(", "))),
     ]
 }
 
-fn found_out(found: &About<'_>) -> Vec<(String, String)> {
-    let carved = found.carved;
-    let disagree: Vec<&str> = (disagreeing(&carved.residuals).into_iter())
-        .map(|view| found.capture.views[view].name.as_str())
-        .collect();
-    let or_none = |names: String| {
-        if names.is_empty() {
-            "none".to_owned()
-        } else {
-            names
-        }
+fn found_out(found: &CarvedCapture) -> Vec<(String, String)> {
+    let carved = &found.carved;
+    let or_none = |names: Vec<&str>| match names.is_empty() {
+        true => "none".to_owned(),
+        false => names.join(", "),
     };
     let outvoted = carved.residuals.iter().flatten().map(|r| r.outvoted);
     let (count, sum) = outvoted.fold((0.0_f64, 0.0), |(n, s), o| (n + 1.0, s + o));
     let mut rows = vec![
-        row("masks and hull", found.agreement.clone()),
-        row("views that disagree", or_none(disagree.join(", "))),
-        row("views left out", or_none(found.left_out.join(", "))),
+        row("masks and hull", found.describe()),
+        row("views that disagree", or_none(found.disagree())),
+        row("views left out", or_none(found.left_out())),
         row(
             "outvoted",
             format!(
@@ -136,7 +111,7 @@ fn found_out(found: &About<'_>) -> Vec<(String, String)> {
             ),
         ),
     ];
-    if let Some(shift) = found.shift {
+    if let Some(shift) = &found.shift {
         rows.push(row("image coordinates", shift.to_string()));
     }
     rows

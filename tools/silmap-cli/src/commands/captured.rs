@@ -17,7 +17,7 @@ use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::Photographed;
 
 use crate::args::CarveArgs;
-use crate::commands::capture_page::{self, About};
+use crate::commands::capture_page;
 use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::{interrupt, machine, output};
@@ -41,8 +41,6 @@ pub(crate) struct CarvedCapture {
     gain_of: BTreeMap<usize, [f32; 3]>,
     /// What was odd, as sentences.
     pub(crate) warnings: Vec<String>,
-    /// Views that have no vote.
-    pub(crate) left_out: Vec<String>,
     /// Another reading of the cameras that agrees better with the masks.
     misread: Option<Misread>,
     /// How far all image coordinates are off.
@@ -122,7 +120,7 @@ struct CheckJson<'a> {
     disagree: Vec<&'a str>,
     outvoted: u32,
     /// Views without a vote: each alone carves away much of what all others keep.
-    left_out: &'a [String],
+    left_out: Vec<&'a str>,
     /// What may be wrong with all cameras; nothing where the masks agree with them, several where they do not tell which.
     likely: Vec<&'static str>,
     image_shift: Option<ShiftJson>,
@@ -153,23 +151,33 @@ struct HullJson {
     bounds: [[f64; 3]; 2],
 }
 
+/// Reads a capture and prints what was odd.
+///
+/// # Errors
+/// One sentence with the file's name.
+pub(crate) fn read(path: &Path, masks: MaskOptions) -> anyhow::Result<Capture> {
+    let owned = path.to_owned();
+    let capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
+    for warning in &capture.warnings {
+        output::warn(&format!("{}: {warning}", capture.path.display()));
+    }
+    Ok(capture)
+}
+
 impl CarvedCapture {
     /// Reads and carves a capture, and colours the hull for textures of this side; prints its warnings.
     ///
     /// # Errors
     /// One sentence with the file's name.
     pub(crate) fn of(path: &Path, args: &CarveArgs, texture_px: u32) -> anyhow::Result<Self> {
-        let owned = path.to_owned();
         let page = args.page.as_deref().map(OutputFile::check).transpose()?;
+        let capture = read(path, args.masks())?;
         if let Some(page) = &page {
-            page.refuse_to_replace(path);
+            let photos = capture.views.iter().filter_map(|v| v.photo.as_ref());
+            for input in photos.chain([&capture.path]) {
+                page.refuse_to_replace(input);
+            }
         }
-        let masks = MaskOptions {
-            is_inverted: args.mask_inverted,
-            rule: args.mask_rule,
-        };
-        // The error names the file.
-        let capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
         let params = CarveParams {
             voxels: args.voxels.unwrap_or(CarveParams::default().voxels),
             outvoted: args.outvoted,
@@ -187,7 +195,6 @@ impl CarvedCapture {
             gains: None,
             gain_of: BTreeMap::new(),
             warnings: Vec::new(),
-            left_out: Vec::new(),
             misread: None,
             shift: None,
         };
@@ -196,19 +203,11 @@ impl CarvedCapture {
             found.paint(texture_px, &mut odd)?;
         }
         found.warnings = odd.iter().map(ToString::to_string).collect();
-        for warning in &found.warnings {
+        for warning in &found.warnings[found.capture.warnings.len()..] {
             output::warn(&format!("{}: {warning}", found.capture.path.display()));
         }
         if let Some(file) = page {
-            let about = About {
-                capture: &found.capture,
-                carved: &found.carved,
-                warnings: &found.warnings,
-                left_out: &found.left_out,
-                shift: found.shift.as_ref(),
-                agreement: found.describe(),
-            };
-            file.write(capture_page::page(&about).as_bytes())?;
+            file.write(capture_page::page(&found).as_bytes())?;
         }
         Ok(found)
     }
@@ -219,17 +218,16 @@ impl CarvedCapture {
         args: &CarveArgs,
         odd: &mut Vec<CaptureWarning>,
     ) -> anyhow::Result<()> {
-        for warning in odd.iter() {
-            match warning {
-                CaptureWarning::Misread(misread) => self.misread = Some(misread.clone()),
-                CaptureWarning::LeftOut { view } => self.left_out.push(view.clone()),
-                _ => {}
-            }
-        }
+        let is_poor = |w: &CaptureWarning| matches!(w, CaptureWarning::PoorOverlap { .. });
+        self.misread = odd.iter().find_map(|warning| match warning {
+            CaptureWarning::Misread(misread) => Some(misread.clone()),
+            _ => None,
+        });
         if !args.check && args.page.is_none() {
             return Ok(());
         }
-        if self.misread.is_none() {
+        // Where the overlap is poor, carving has looked already.
+        if !odd.iter().any(is_poor) {
             self.misread = Progress::new().watch(|watch| misread(&self.capture, watch))?;
             odd.extend(self.misread.clone().map(CaptureWarning::Misread));
         }
@@ -284,6 +282,40 @@ impl CarvedCapture {
                 missing: residual.map(|r| r.missing),
             })
             .collect()
+    }
+
+    fn names(&self, views: &[usize]) -> Vec<&str> {
+        let name = |&view: &usize| self.capture.views[view].name.as_str();
+        views.iter().map(name).collect()
+    }
+
+    /// Views whose masks or cameras disagree with the rest.
+    pub(crate) fn disagree(&self) -> Vec<&str> {
+        self.names(&disagreeing(&self.carved.residuals))
+    }
+
+    /// Views that have no vote.
+    pub(crate) fn left_out(&self) -> Vec<&str> {
+        self.names(&self.carved.left_out)
+    }
+
+    /// Views, those with a mask, and those with a photograph, in a few words.
+    pub(crate) fn counts(&self) -> String {
+        format!(
+            "{} views, {} with a mask, {} with a photograph",
+            self.capture.listed,
+            self.capture.views.len(),
+            self.taken()
+        )
+    }
+
+    /// How many views with a mask have a photograph.
+    fn taken(&self) -> usize {
+        self.capture
+            .views
+            .iter()
+            .filter(|v| v.photo.is_some())
+            .count()
     }
 
     fn overlap(&self) -> OverlapJson {
@@ -378,11 +410,7 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
     let started = Instant::now();
     let found = CarvedCapture::of(path, args, 0)?;
     let (capture, carved) = (&found.capture, &found.carved);
-    let disagree: Vec<&str> = disagreeing(&carved.residuals)
-        .into_iter()
-        .map(|view| capture.views[view].name.as_str())
-        .collect();
-    let photographs = capture.views.iter().filter(|v| v.photo.is_some()).count();
+    let disagree = found.disagree();
     let with_lens = capture.views.iter().filter(|v| v.lens.is_some()).count();
     let distortion = match with_lens {
         0 => "none".to_owned(),
@@ -391,6 +419,10 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
     };
     let (bounds, origin) = (carved.mesh.bounds(), carved.mesh.origin());
     if is_json {
+        let likely = found.misread.iter().flat_map(|m| &m.likely);
+        let mut likely: Vec<&str> = likely.map(|reading| reading.key()).collect();
+        // Two kinds of transposed rotations have one word.
+        likely.dedup();
         return output::print_json(&CheckJson {
             capture: &capture.path,
             name: &capture.name,
@@ -399,16 +431,14 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
             pixel_centre: capture.pixel_centre,
             listed: capture.listed,
             views: capture.views.len(),
-            photographs,
+            photographs: found.taken(),
             distortion,
             masks: found.masks(),
             overlap: found.overlap(),
             disagree,
             outvoted: carved.outvoted,
-            left_out: &found.left_out,
-            likely: (found.misread.iter())
-                .flat_map(|m| m.likely.iter().map(|r| r.key()))
-                .collect(),
+            left_out: found.left_out(),
+            likely,
             image_shift: found.shift.map(|shift| ShiftJson {
                 by: shift.by.to_array(),
                 deviation: shift.deviation.to_array(),
@@ -438,11 +468,7 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
             capture.format.conventions(),
             capture.pixel_centre
         ),
-        format!(
-            "{} views, {} with a mask, {photographs} with a photograph",
-            capture.listed,
-            capture.views.len()
-        ),
+        found.counts(),
         found.describe(),
         format!(
             "hull: volume {:.4e}, {} faces, voxels of {:.4e}",

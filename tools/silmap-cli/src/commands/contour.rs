@@ -55,6 +55,9 @@ pub(crate) fn run(args: &ContourArgs) -> anyhow::Result<()> {
     let map = &asset.map;
     let scene = Scene::of(&asset);
     let seen = PictureCamera::from_args(&args.camera, &scene)?;
+    if let (Some(file), Some(captured)) = (&file, &seen.captured) {
+        captured.refuse_to_be_replaced_by(file);
+    }
     let camera = seen.camera;
     let named = || args.asset.display().to_string();
     let mut scratch = MapReader::new(map).with_context(named)?;

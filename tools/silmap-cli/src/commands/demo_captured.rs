@@ -11,7 +11,7 @@ use anyhow::Context;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
-use silmap_capture::{Pinhole, disagreeing};
+use silmap_capture::Pinhole;
 use silmap_geometry::{Bvh, Camera, ClosedMesh, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_hull::HullParams;
@@ -140,10 +140,6 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let mut strips = Strips::new(&gpu, &asset, (&truth_there, &tree))?;
     let (between, colour_difference) = strips.draw(&eyes.between)?;
     let (photographed, _) = strips.draw(&eyes.photographs)?;
-    let disagree = disagreeing(&carved.carved.residuals)
-        .into_iter()
-        .map(|v| carved.capture.views[v].name.clone())
-        .collect();
     let spoiled = views.iter().filter(|v| v.is_spoiled);
     // The full path, to be clicked on; as typed where the system does not know it.
     let shown = fs::canonicalize(&args.out).unwrap_or_else(|_| args.out.clone());
@@ -155,7 +151,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
         photographed: shown.join("photographed.png"),
         views: views.len(),
         spoiled: spoiled.map(|v| v.name.clone()).collect(),
-        disagree,
+        disagree: carved.disagree().into_iter().map(str::to_owned).collect(),
         errors,
         colour_difference,
         bytes: bytes.len(),

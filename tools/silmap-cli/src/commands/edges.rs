@@ -9,7 +9,7 @@ use anyhow::{Context, ensure};
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
-use silmap_capture::{CameraView, Drawing};
+use silmap_capture::Drawing;
 use silmap_exact::{
     ConeForest, DirectedEdge, EdgeMesh, ExtractionMethod, Extractor, Outliner, Viewpoint, Work,
     chain_loops, walk_around,
@@ -104,9 +104,8 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
         _ => None,
     };
     output::refuse_same_file([&file, &outline_file].into_iter().flatten().chain(missing));
-    for written in [&file, &outline_file].into_iter().flatten() {
-        written.refuse_to_replace(&args.model.path);
-    }
+    let written = || [&file, &outline_file].into_iter().flatten();
+    written().for_each(|written| written.refuse_to_replace(&args.model.path));
     let mut staging = Staging::default();
     let model = load_model(&args.model.path, args.model.mending)?;
     let (center, radius) = (model.mesh.bounds().center, model.mesh.bounds().radius);
@@ -117,15 +116,12 @@ pub(crate) fn run(args: &EdgesArgs) -> anyhow::Result<()> {
     };
     let viewpoints: Vec<Viewpoint> = walk_around(start, center, args.walk as usize).collect();
     let is_seen = file.is_some() || outline_file.is_some();
-    let scene = Scene {
-        origin,
-        origin_in_model: origin,
-        sphere: (center, radius),
-    };
+    let scene = Scene::of_mesh(origin, model.mesh.bounds());
     let drawing = match (viewpoints.last(), &captured) {
         (Some(_), Some((file, view))) if is_seen => {
-            let draw = |view: &CameraView| Drawing::new(&view.camera);
-            let captured = captured_camera::of_view((file, view), draw, &scene)?;
+            let made = Drawing::new(&view.camera);
+            let captured = captured_camera::of_view((file, view), made, &scene)?;
+            written().for_each(|file| captured.refuse_to_be_replaced_by(file));
             Some(captured.into())
         }
         (Some(last), _) if is_seen => Some(PictureCamera {

@@ -3,14 +3,16 @@
 use std::collections::BTreeMap;
 
 use anyhow::Context;
+use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
+use silmap_capture::MaskOptions;
 use silmap_measure::evaluate::{
     EvaluateParams, MethodErrors, Place, ViewpointError, evaluate, summarise,
 };
 use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
 
-use crate::args::{EvaluateArgs, WhereArg};
+use crate::args::{EvaluateArgs, WhereArg, usage_error};
 use crate::captured_camera;
 use crate::commands::evaluation::{MethodJson, ViewpointJson, methods_of, table};
 use crate::commands::{evaluate_captured, leave_one_out, open_gpu};
@@ -36,7 +38,19 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         captured_camera::without_camera("--view <NAME>");
     }
     if args.leave_one_out {
-        return leave_one_out::run(&args.asset, args);
+        return leave_one_out::run(args);
+    }
+    if args.every.is_some() {
+        usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "'--every <N>' is of use with '--leave-one-out' only",
+        );
+    }
+    if args.camera.is_none() && args.masks.options() != MaskOptions::default() {
+        usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "'--mask-inverted' and '--mask-rule <RULE>' are of use with '--camera <FILE>' or '--leave-one-out' only",
+        );
     }
     let (asset, _) = read_asset(&args.asset)?;
     let Some(model) = &args.model else {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use serde::Serialize;
-use silmap_capture::{Capture, CaptureView, Drawing, read_cameras, read_with};
+use silmap_capture::{Capture, CaptureView, Drawing, read_cameras};
 use silmap_geometry::Loop;
 use silmap_map::Asset;
 use silmap_measure::evaluate::{EvaluateParams, MethodErrors, ViewpointError, summarise};
@@ -13,6 +13,7 @@ use silmap_measure::{MaskError, MaskedView, evaluate_masks};
 
 use crate::args::EvaluateArgs;
 use crate::captured_camera;
+use crate::commands::captured;
 use crate::commands::evaluation::{MethodJson, ViewpointJson, methods_of, table};
 use crate::progress::Progress;
 use crate::scene::Scene;
@@ -55,13 +56,7 @@ pub(crate) fn run(args: &EvaluateArgs, asset: &Asset) -> anyhow::Result<()> {
     let Some(path) = &args.camera else {
         bail!("there is nothing to compare with");
     };
-    let owned = path.to_owned();
-    // The errors name the file.
-    let masks = args.masks.options();
-    let capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
-    for warning in &capture.warnings {
-        output::warn(&format!("{}: {warning}", capture.path.display()));
-    }
+    let capture = captured::read(path, args.masks.options())?;
     let views = chosen(path, &args.views, &capture)?;
     let drawings = drawings(&capture, &views, &Scene::of(asset))?;
     let places: Vec<_> = (drawings.iter())

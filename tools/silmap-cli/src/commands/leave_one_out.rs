@@ -1,4 +1,4 @@
-//! `silmap evaluate CAPTURE --leave-one-out`: how well a capture's views say what each of them shows.
+//! `silmap evaluate CAPTURE --leave-one-out`: how well the other views of a capture predict each.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,15 +6,16 @@ use std::time::Instant;
 
 use anyhow::Context;
 use serde::Serialize;
-use silmap_capture::{Capture, CarveParams, median, read_with};
+use silmap_capture::{Capture, CarveParams, median};
 use silmap_measure::{LeaveOneOutParams, LeftOutError, Predictor, leave_one_out};
+use silmap_preprocess::capture::{Backend, CaptureParams};
 use silmap_preprocess::pipeline::BuildParams;
 
 use crate::args::EvaluateArgs;
-use crate::commands::captured::fitting_resolution_px;
+use crate::commands::captured;
 use crate::files::{load_model_with, load_options};
 use crate::progress::Progress;
-use crate::{interrupt, machine, output};
+use crate::{machine, output};
 
 /// Above so many views only every fourth is left out.
 const MANY_VIEWS: usize = 100;
@@ -58,10 +59,9 @@ struct ViewJson<'a> {
 ///
 /// # Errors
 /// One sentence with the file's name.
-pub(crate) fn run(path: &Path, args: &EvaluateArgs) -> anyhow::Result<()> {
+pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     let started = Instant::now();
-    let (owned, masks) = (path.to_owned(), args.masks.options());
-    let capture: Capture = interrupt::unless_stopped(move || read_with(&owned, &masks))??;
+    let capture = captured::read(&args.asset, args.masks.options())?;
     let named = || capture.path.display().to_string();
     let truth = (args.model.as_ref())
         .map(|model| load_model_with(model, &load_options(args.mending)))
@@ -71,12 +71,16 @@ pub(crate) fn run(path: &Path, args: &EvaluateArgs) -> anyhow::Result<()> {
         false => 1,
     };
     let every = args.every.map_or(usual, |every| every as usize);
-    let resolution_px = fitting_resolution_px(&capture);
+    let resolution_px = captured::fitting_resolution_px(&capture);
     let params = LeaveOneOutParams {
         every,
         carve: CarveParams::default(),
         build: BuildParams {
             resolution_px,
+            capture: CaptureParams {
+                backend: Backend::Cpu,
+                ..CaptureParams::default()
+            },
             ..BuildParams::default()
         },
         truth: truth.map(|model| model.mesh),

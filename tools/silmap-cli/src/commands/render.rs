@@ -6,6 +6,7 @@ use anyhow::Context;
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
+use silmap_capture::MaskOptions;
 use silmap_exact::{FanReport, silhouette_edges};
 use silmap_geometry::TriangleMesh;
 use silmap_gpu::{Gpu, GpuError};
@@ -104,6 +105,12 @@ fn check_usage(args: &RenderArgs) {
     if args.photograph.is_some() && args.camera.captured.camera.is_none() {
         captured_camera::without_camera("--photograph <WHERE>");
     }
+    if args.photograph.is_none() && args.masks.options() != MaskOptions::default() {
+        usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "'--mask-inverted' and '--mask-rule <RULE>' are of use with '--photograph <WHERE>' only",
+        );
+    }
     if args.shadow.is_none() {
         captured_camera::refuse_up(&args.camera);
     }
@@ -139,6 +146,9 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         asset.as_ref(),
         model.as_ref().map(|(_, placed)| placed),
     )?;
+    if let Some(captured) = &seen.captured {
+        captured.refuse_to_be_replaced_by(&file);
+    }
     let photograph = match (args.photograph, &seen.captured) {
         (Some(place), Some(captured)) => {
             Some((place, Photograph::read(captured, args.masks.options())?))
@@ -292,16 +302,7 @@ fn camera(
     asset: Option<&Asset>,
     model: Option<&(TriangleMesh, DVec3)>,
 ) -> anyhow::Result<PictureCamera> {
-    let of_model = || {
-        model.map(|(mesh, origin)| {
-            let bounds = mesh.bounds();
-            Scene {
-                origin: *origin,
-                origin_in_model: *origin,
-                sphere: (bounds.center, bounds.radius),
-            }
-        })
-    };
+    let of_model = || model.map(|(mesh, origin)| Scene::of_mesh(*origin, &mesh.bounds()));
     let scene = (asset.map(Scene::of).or_else(of_model)).context("there is nothing to look at")?;
     PictureCamera::from_args(&args.camera, &scene)
 }
