@@ -155,6 +155,17 @@ pub struct Misread {
     pub likely: Vec<Reading>,
 }
 
+impl Misread {
+    /// Words for programs, each once.
+    #[must_use]
+    pub fn keys(&self) -> Vec<&'static str> {
+        let mut keys: Vec<&str> = self.likely.iter().map(|r| r.key()).collect();
+        // Two kinds of transposed rotations have one word.
+        keys.dedup();
+        keys
+    }
+}
+
 impl std::fmt::Display for Misread {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mut names: Vec<&str> = self.likely.iter().map(|r| r.name()).collect();
@@ -196,6 +207,26 @@ mod tests {
         assert!(at(Reading::MirroredPictures).distance(DVec2::new(148.0, 34.0)) < 1e-9);
         assert!(at(Reading::UpsideDownMirrored).distance(DVec2::new(12.0, 106.0)) < 1e-9);
         assert!(at(Reading::HalfTurn).distance(DVec2::new(148.0, 106.0)) < 1e-9);
+    }
+
+    #[test]
+    fn what_has_one_word_is_named_once() {
+        let misread = Misread {
+            as_read: 0.2,
+            otherwise: 0.9,
+            likely: ALL.to_vec(),
+        };
+        let (keys, said) = (misread.keys(), misread.to_string());
+        assert_eq!(keys.len(), ALL.len() - 1);
+        for reading in ALL {
+            let of_it = keys.iter().filter(|&&key| key == reading.key());
+            assert_eq!(of_it.count(), 1, "{reading:?}");
+        }
+        assert_eq!(
+            said.matches("rotations are transposed").count(),
+            1,
+            "{said}"
+        );
     }
 
     /// What was misread by the same slip is right again, but for a turn of all.

@@ -30,6 +30,21 @@ pub(crate) fn check_asset(path: &Path) -> anyhow::Result<()> {
     }
 }
 
+/// Refuses to write a page under a name that does not say so: most other files beside a capture are what it is read from.
+///
+/// # Errors
+/// One sentence with the name.
+pub(crate) fn check_page(path: &Path) -> anyhow::Result<()> {
+    let end = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match end.as_deref() {
+        None | Some("html" | "htm") => Ok(()),
+        Some(end) => bail!(
+            "{}: a page is written as HTML, not .{end}: give it a name that ends in .html",
+            path.display()
+        ),
+    }
+}
+
 /// File formats of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PictureKind {
@@ -78,6 +93,13 @@ mod tests {
         }
         for name in ["a.gltf", "a.OBJ", "a.glb.png"] {
             let refused = check_asset(Path::new(name)).unwrap_err().to_string();
+            assert!(refused.starts_with(name), "{refused}");
+        }
+        for name in ["a.html", "A.HTM", "a", "/dev/null"] {
+            assert!(check_page(Path::new(name)).is_ok(), "{name}");
+        }
+        for name in ["images.txt", "a.json", "a.html.png", "a.pgm"] {
+            let refused = check_page(Path::new(name)).unwrap_err().to_string();
             assert!(refused.starts_with(name), "{refused}");
         }
         let kind = |name: &str| PictureKind::of(Path::new(name)).ok();

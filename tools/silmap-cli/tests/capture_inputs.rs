@@ -330,6 +330,16 @@ fn broken_captures_are_named() {
             set("mask", "masks/white.png".into()),
             &["view c", "white.png", "(white)"],
         ),
+        (
+            "another size",
+            Box::new(|v| v["height"] = 99.into()),
+            &["view a", "masks/a.png", "120 × 100"],
+        ),
+        (
+            "no 3×4",
+            set("P", json!([[1, 2], [3, 4]])),
+            &["view c", "3×4, and is 2×2"],
+        ),
         ("rank", set("P", rank_2), &["view c", "rank 2"]),
         (
             "inside",

@@ -20,7 +20,7 @@ use crate::args::CarveArgs;
 use crate::commands::capture_page;
 use crate::output::OutputFile;
 use crate::progress::Progress;
-use crate::{interrupt, machine, output};
+use crate::{interrupt, machine, names, output};
 
 /// Photographs keep so many pixels a side for each of a texture view's.
 const PHOTOGRAPH_OVER_TEXTURE: u32 = 2;
@@ -170,6 +170,7 @@ impl CarvedCapture {
     /// # Errors
     /// One sentence with the file's name.
     pub(crate) fn of(path: &Path, args: &CarveArgs, texture_px: u32) -> anyhow::Result<Self> {
+        args.page.as_deref().map_or(Ok(()), names::check_page)?;
         let page = args.page.as_deref().map(OutputFile::check).transpose()?;
         let capture = read(path, args.masks())?;
         if let Some(page) = &page {
@@ -311,11 +312,8 @@ impl CarvedCapture {
 
     /// How many views with a mask have a photograph.
     fn taken(&self) -> usize {
-        self.capture
-            .views
-            .iter()
-            .filter(|v| v.photo.is_some())
-            .count()
+        let views = self.capture.views.iter();
+        views.filter(|v| v.photo.is_some()).count()
     }
 
     fn overlap(&self) -> OverlapJson {
@@ -419,10 +417,6 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
     };
     let (bounds, origin) = (carved.mesh.bounds(), carved.mesh.origin());
     if is_json {
-        let likely = found.misread.iter().flat_map(|m| &m.likely);
-        let mut likely: Vec<&str> = likely.map(|reading| reading.key()).collect();
-        // Two kinds of transposed rotations have one word.
-        likely.dedup();
         return output::print_json(&CheckJson {
             capture: &capture.path,
             name: &capture.name,
@@ -438,7 +432,7 @@ pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Res
             disagree,
             outvoted: carved.outvoted,
             left_out: found.left_out(),
-            likely,
+            likely: found.misread.as_ref().map_or_else(Vec::new, Misread::keys),
             image_shift: found.shift.map(|shift| ShiftJson {
                 by: shift.by.to_array(),
                 deviation: shift.deviation.to_array(),
