@@ -12,6 +12,8 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
+pub(crate) mod captured;
+
 #[allow(unreachable_pub, reason = "the file is shared with a library")]
 #[path = "../../../../tests/src/outside.rs"]
 pub(crate) mod outside;
