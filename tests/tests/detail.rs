@@ -35,7 +35,7 @@ fn errors(
         ..EvaluateParams::default()
     };
     let errors = evaluate(map, mesh, &params, &Watch::silent()).unwrap();
-    let summary = summarise(&errors)[0];
+    let summary = summarise(&errors)[0].shares;
     (summary.misclassified_mean, summary.escaped_mean)
 }
 

@@ -71,7 +71,7 @@ fn hull_errors(map: &SilhouetteMap, mesh: &TriangleMesh) -> (f64, f64, f64) {
         ..EvaluateParams::default()
     };
     let errors = evaluate(map, mesh, &params, &Watch::silent()).unwrap();
-    let s = summarise(&errors)[0];
+    let s = summarise(&errors)[0].shares;
     (s.misclassified_mean, s.escaped_mean, s.escaped_max)
 }
 
@@ -166,7 +166,9 @@ fn mean_error(
         size_px: 256,
         ..EvaluateParams::default()
     };
-    summarise(&evaluate(map, mesh, &params, &Watch::silent()).unwrap())[0].misclassified_mean
+    summarise(&evaluate(map, mesh, &params, &Watch::silent()).unwrap())[0]
+        .shares
+        .misclassified_mean
 }
 
 /// Off the polytope every ray is followed to where it crosses it. The homography of one plane is the negative control.

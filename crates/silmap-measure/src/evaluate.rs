@@ -8,6 +8,7 @@ use glam::DVec3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use serde::Serialize;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_geometry::{Interrupted, Stage, Watch};
@@ -97,11 +98,9 @@ pub struct ViewpointError {
     pub inside_px: u64,
 }
 
-/// Errors of one method over all viewpoints.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MethodErrors {
-    /// The method.
-    pub method: Method,
+/// Errors over some pictures, as shares of the pixels inside the true outline.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Shares {
     /// Mean misclassified share.
     pub misclassified_mean: f64,
     /// Median misclassified share.
@@ -112,6 +111,33 @@ pub struct MethodErrors {
     pub escaped_mean: f64,
     /// Largest escaped share.
     pub escaped_max: f64,
+}
+
+impl Shares {
+    /// Of the misclassified and the escaped share in each picture; `None` of no picture.
+    pub fn of(errors: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
+        let (mut wrong, escaped): (Vec<f64>, Vec<f64>) = errors.unzip();
+        wrong.sort_by(f64::total_cmp);
+        let count = wrong.len();
+        let misclassified_max = *wrong.last()?;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
+        Some(Self {
+            misclassified_mean: mean(&wrong),
+            misclassified_median: 0.5 * (wrong[(count - 1) / 2] + wrong[count / 2]),
+            misclassified_max,
+            escaped_mean: mean(&escaped),
+            escaped_max: escaped.iter().copied().fold(0.0, f64::max),
+        })
+    }
+}
+
+/// Errors of one method over all viewpoints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodErrors {
+    /// The method.
+    pub method: Method,
+    /// Its errors.
+    pub shares: Shares,
 }
 
 /// Why errors cannot be measured.
@@ -309,28 +335,9 @@ pub fn summarise(errors: &[ViewpointError]) -> Vec<MethodErrors> {
     Method::ALL
         .into_iter()
         .filter_map(|method| {
-            let mut wrong: Vec<f64> = errors
-                .iter()
-                .filter(|e| e.method == method)
-                .map(|e| e.misclassified)
-                .collect();
-            let escaped: Vec<f64> = errors
-                .iter()
-                .filter(|e| e.method == method)
-                .map(|e| e.escaped)
-                .collect();
-            wrong.sort_by(f64::total_cmp);
-            let count = wrong.len();
-            let misclassified_max = *wrong.last()?;
-            let mean = |values: &[f64]| values.iter().sum::<f64>() / count as f64;
-            Some(MethodErrors {
-                method,
-                misclassified_mean: mean(&wrong),
-                misclassified_median: 0.5 * (wrong[(count - 1) / 2] + wrong[count / 2]),
-                misclassified_max,
-                escaped_mean: mean(&escaped),
-                escaped_max: escaped.iter().copied().fold(0.0, f64::max),
-            })
+            let own = errors.iter().filter(|e| e.method == method);
+            let shares = Shares::of(own.map(|e| (e.misclassified, e.escaped)))?;
+            Some(MethodErrors { method, shares })
         })
         .collect()
 }
@@ -367,11 +374,12 @@ mod tests {
             error(0.2, 0.1),
         ]);
         assert_eq!(summary.len(), 1);
-        let s = summary[0];
+        let s = summary[0].shares;
         assert!((s.misclassified_mean - 0.2).abs() < 1e-12 && (s.escaped_mean - 0.1).abs() < 1e-12);
         assert_eq!(
             (s.misclassified_median, s.misclassified_max, s.escaped_max),
             (0.2, 0.3, 0.2)
         );
+        assert_eq!(Shares::of(std::iter::empty()), None);
     }
 }

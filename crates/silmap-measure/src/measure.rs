@@ -204,14 +204,15 @@ fn place_errors(
 }
 
 fn method_row(errors: &evaluate::MethodErrors, suffix: &str) -> MethodErrors {
+    let of = errors.shares;
     MethodErrors {
         method: format!("{}{suffix}", errors.method.name()),
         misclassified: [
-            errors.misclassified_mean,
-            errors.misclassified_median,
-            errors.misclassified_max,
+            of.misclassified_mean,
+            of.misclassified_median,
+            of.misclassified_max,
         ],
-        escaped: [errors.escaped_mean, errors.escaped_max],
+        escaped: [of.escaped_mean, of.escaped_max],
     }
 }
 

@@ -7,14 +7,12 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_capture::MaskOptions;
-use silmap_measure::evaluate::{
-    EvaluateParams, MethodErrors, Place, ViewpointError, evaluate, summarise,
-};
+use silmap_measure::evaluate::{EvaluateParams, Place, Shares, ViewpointError, evaluate};
 use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
 
 use crate::args::{EvaluateArgs, WhereArg, usage_error};
 use crate::captured_camera;
-use crate::commands::evaluation::{MethodJson, ViewpointJson, methods_of, table};
+use crate::commands::evaluation::{METHOD, ViewpointJson, methods_of, of_methods, table};
 use crate::commands::{evaluate_captured, leave_one_out, open_gpu};
 use crate::files::{load_model_of, read_asset};
 use crate::output;
@@ -24,7 +22,7 @@ use crate::progress::Progress;
 struct EvaluateJson {
     viewpoints: u32,
     r#where: &'static str,
-    methods: BTreeMap<&'static str, MethodJson>,
+    methods: BTreeMap<&'static str, Shares>,
     per_viewpoint: Vec<ViewpointJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     textures: Option<TextureErrors>,
@@ -71,7 +69,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         .watch(|watch| evaluate(&asset.map, model.mesh.mesh(), &params, watch))
         .with_context(|| args.asset.display().to_string())?;
     warn_of_few_pixels(args, &errors);
-    let methods = summarise(&errors);
+    let methods = of_methods(&errors);
     let textures = match (args.textures, &gpu) {
         (Some(viewpoints), Some(gpu)) => {
             let params = TextureErrorParams {
@@ -95,8 +93,12 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         json.textures = textures;
         return output::print_json(&json);
     }
-    let place = format!("viewpoints on the {}", params.place.name());
-    let mut text = table(params.viewpoints as usize, &place, &methods);
+    let place = format!(
+        "{} viewpoints on the {}",
+        params.viewpoints,
+        params.place.name()
+    );
+    let mut text = table(&place, METHOD, &methods);
     if let Some(textures) = &textures {
         text.push_str(&texture_table(textures));
     }
@@ -127,17 +129,14 @@ fn warn_of_few_pixels(args: &EvaluateArgs, errors: &[ViewpointError]) {
 
 fn as_json(
     params: &EvaluateParams,
-    methods: &[MethodErrors],
+    methods: &[(&'static str, Shares)],
     errors: &[ViewpointError],
     origin: DVec3,
 ) -> EvaluateJson {
     EvaluateJson {
         viewpoints: params.viewpoints,
         r#where: params.place.name(),
-        methods: methods
-            .iter()
-            .map(|m| (m.method.name(), m.into()))
-            .collect(),
+        methods: methods.iter().copied().collect(),
         per_viewpoint: errors
             .iter()
             .map(|e| ViewpointJson::new(e, origin))

@@ -8,13 +8,13 @@ use serde::Serialize;
 use silmap_capture::{Capture, CaptureView, Drawing, read_cameras};
 use silmap_geometry::Loop;
 use silmap_map::Asset;
-use silmap_measure::evaluate::{EvaluateParams, MethodErrors, ViewpointError, summarise};
+use silmap_measure::evaluate::{EvaluateParams, Shares, ViewpointError};
 use silmap_measure::{MaskError, MaskedView, evaluate_masks};
 
 use crate::args::EvaluateArgs;
 use crate::captured_camera;
 use crate::commands::captured;
-use crate::commands::evaluation::{MethodJson, ViewpointJson, methods_of, table};
+use crate::commands::evaluation::{METHOD, ViewpointJson, methods_of, of_methods, table};
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::{interrupt, output};
@@ -32,7 +32,7 @@ struct EvaluateJson<'a> {
 #[derive(Serialize)]
 struct MaskMethodJson {
     #[serde(flatten)]
-    shares: MethodJson,
+    shares: Shares,
     /// Of intersection over union.
     overlap_mean: f64,
     overlap_min: f64,
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &EvaluateArgs, asset: &Asset) -> anyhow::Result<()> {
         .watch(|watch| evaluate_masks(&asset.map, &masked, &params, watch))
         .with_context(|| args.asset.display().to_string())?;
     let shares: Vec<ViewpointError> = errors.iter().map(|e| e.error).collect();
-    let methods = summarise(&shares);
+    let methods = of_methods(&shares);
     if args.output.json {
         let view = |e: &MaskError| MaskViewJson {
             view: &views[e.view].name,
@@ -90,20 +90,21 @@ pub(crate) fn run(args: &EvaluateArgs, asset: &Asset) -> anyhow::Result<()> {
             r#where: "capture",
             camera: &capture.path,
             methods: (methods.iter())
-                .map(|m| (m.method.name(), of_method(m, &errors)))
+                .map(|&(name, shares)| (name, with_overlap((name, shares), &errors)))
                 .collect(),
             per_viewpoint: errors.iter().map(view).collect(),
         });
     }
-    let mut text = table(views.len(), "views of the capture", &methods);
+    let place = format!("{} views of the capture", views.len());
+    let mut text = table(&place, METHOD, &methods);
     text.push_str(&per_view(&views, &errors));
     output::print_bytes(text.as_bytes())
 }
 
-fn of_method(method: &MethodErrors, errors: &[MaskError]) -> MaskMethodJson {
-    let own = || (errors.iter()).filter(|e| e.error.method == method.method);
+fn with_overlap((method, shares): (&str, Shares), errors: &[MaskError]) -> MaskMethodJson {
+    let own = || (errors.iter()).filter(|e| e.error.method.name() == method);
     MaskMethodJson {
-        shares: method.into(),
+        shares,
         overlap_mean: own().map(|e| e.overlap).sum::<f64>() / own().count().max(1) as f64,
         overlap_min: own().map(|e| e.overlap).fold(1.0, f64::min),
     }

@@ -3,19 +3,9 @@
 use glam::DVec3;
 use serde::Serialize;
 use silmap_map::{Method, SilhouetteMap};
-use silmap_measure::evaluate::{MethodErrors, ViewpointError};
+use silmap_measure::evaluate::{Shares, ViewpointError, summarise};
 
 use crate::args::EvaluateArgs;
-
-/// Shares of the pixels inside the true outline.
-#[derive(Serialize)]
-pub(crate) struct MethodJson {
-    misclassified_mean: f64,
-    misclassified_median: f64,
-    misclassified_max: f64,
-    escaped_mean: f64,
-    escaped_max: f64,
-}
 
 #[derive(Serialize)]
 pub(crate) struct ViewpointJson {
@@ -25,18 +15,6 @@ pub(crate) struct ViewpointJson {
     escaped: f64,
     /// Pixels inside the true outline, which both are shares of.
     inside_px: u64,
-}
-
-impl From<&MethodErrors> for MethodJson {
-    fn from(m: &MethodErrors) -> Self {
-        Self {
-            misclassified_mean: m.misclassified_mean,
-            misclassified_median: m.misclassified_median,
-            misclassified_max: m.misclassified_max,
-            escaped_mean: m.escaped_mean,
-            escaped_max: m.escaped_max,
-        }
-    }
 }
 
 impl ViewpointJson {
@@ -60,21 +38,30 @@ pub(crate) fn methods_of(args: &EvaluateArgs, map: &SilhouetteMap) -> Vec<Method
     )
 }
 
-/// What was measured at so many viewpoints of some place.
-pub(crate) fn table(count: usize, place: &str, methods: &[MethodErrors]) -> String {
+/// The errors of each method that was measured.
+pub(crate) fn of_methods(errors: &[ViewpointError]) -> Vec<(&'static str, Shares)> {
+    let methods = summarise(errors).into_iter();
+    methods.map(|m| (m.method.name(), m.shares)).collect()
+}
+
+/// The column of methods.
+pub(crate) const METHOD: &str = "method  ";
+
+/// What was measured where, by what the column is of.
+pub(crate) fn table(place: &str, column: &str, rows: &[(&'static str, Shares)]) -> String {
+    let width = column.len();
     let mut text = format!(
-        "{count} {place}; shares of the pixels inside the true outline\n\
-         method   misclassified mean  median   worst   escaped mean   worst\n",
+        "{place}; shares of the pixels inside the true outline\n\
+         {column} misclassified mean  median   worst   escaped mean   worst\n",
     );
-    for m in methods {
+    for (name, shares) in rows {
         text.push_str(&format!(
-            "{:<8} {:>17.3} % {:>6.3} % {:>5.2} % {:>12.4} % {:>5.2} %\n",
-            m.method.name(),
-            100.0 * m.misclassified_mean,
-            100.0 * m.misclassified_median,
-            100.0 * m.misclassified_max,
-            100.0 * m.escaped_mean,
-            100.0 * m.escaped_max,
+            "{name:<width$} {:>17.3} % {:>6.3} % {:>5.2} % {:>12.4} % {:>5.2} %\n",
+            100.0 * shares.misclassified_mean,
+            100.0 * shares.misclassified_median,
+            100.0 * shares.misclassified_max,
+            100.0 * shares.escaped_mean,
+            100.0 * shares.escaped_max,
         ));
     }
     text
