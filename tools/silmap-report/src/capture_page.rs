@@ -1,13 +1,12 @@
 //! A page about a capture: cameras around the hull, what was understood, and how the hull lies beside each view's mask.
 
 use glam::{DVec2, DVec3};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, html};
 use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{ColourImage, Mask, TriangleMesh};
 
+use crate::page::head;
 use crate::{palette, png};
-
-const STYLE: &str = include_str!("page.css");
 
 /// What the page shows.
 #[derive(Clone, Debug)]
@@ -60,13 +59,7 @@ pub fn capture_page(page: &CapturePage<'_>) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (page.title) }
-                style { (PreEscaped(STYLE)) }
-            }
+            (head(&page.title))
             body {
                 header { h1 { (page.title) } }
                 main {

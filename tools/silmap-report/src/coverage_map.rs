@@ -1,18 +1,12 @@
-//! From where outlines rest on photographs, as a map of the sphere: Mollweide's projection, as for errors.
+//! From where outlines rest on photographs, as a map of the sphere.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use silmap_geometry::ColourImage;
 use silmap_map::{Polytope, SilhouetteMap};
 
-use crate::direction_map::{direction_at, graticule, mollweide, push, text};
+use crate::globe::{self, MIDDLE, push};
 use crate::palette;
-use crate::png;
 
-/// Columns and rows of the picture of the map.
-const PICTURE: (u32, u32) = (480, 240);
-/// Half the size of the map in the drawing, and where its middle is.
-const RADII: DVec2 = DVec2::new(230.0, 115.0);
-const MIDDLE: DVec2 = DVec2::new(260.0, 141.0);
 /// Size of the drawing.
 const SIZE: (f64, f64) = (520.0, 340.0);
 
@@ -26,46 +20,16 @@ pub fn coverage_map(map: &SilhouetteMap) -> Option<String> {
          photographs, by direction\" font-family=\"sans-serif\">",
         SIZE.0, SIZE.1
     );
-    let (left, top) = (MIDDLE.x - RADII.x, MIDDLE.y - RADII.y);
-    push(
-        &mut svg,
-        format_args!(
-            "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\
-             <clipPath id=\"covered\"><ellipse cx=\"{0}\" cy=\"{1}\" rx=\"{2}\" ry=\"{3}\"/></clipPath>\
-             <image x=\"{left}\" y=\"{top}\" width=\"{4}\" height=\"{5}\" preserveAspectRatio=\"none\" \
-             clip-path=\"url(#covered)\" href=\"{6}\"/>",
-            MIDDLE.x,
-            MIDDLE.y,
-            RADII.x,
-            RADII.y,
-            2.0 * RADII.x,
-            2.0 * RADII.y,
-            png::data_url(&picture)
-        ),
-    );
-    graticule(&mut svg, MIDDLE, RADII);
+    svg.push_str("<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>");
+    globe::globe(&mut svg, "covered", &picture);
     for view in &map.views {
-        let at = MIDDLE + mollweide(view.camera.eye - map.center) * RADII;
         let (radius, fill) = match view.photographed.unwrap_or(0.0) > 0.0 {
             true => (3.4, "#e0302a"),
             false => (1.8, "#fff"),
         };
-        push(
-            &mut svg,
-            format_args!(
-                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"{fill}\" stroke=\"#111\" stroke-width=\"0.8\"/>",
-                at.x, at.y
-            ),
-        );
+        globe::dot(&mut svg, view.camera.eye - map.center, radius, fill);
     }
-    for (x, y, anchor, label) in [
-        (MIDDLE.x, top - 8.0, "middle", "+Y"),
-        (MIDDLE.x, MIDDLE.y + RADII.y + 18.0, "middle", "−Y"),
-        (left - 6.0, MIDDLE.y + 5.0, "end", "−Z"),
-        (MIDDLE.x + RADII.x + 6.0, MIDDLE.y + 5.0, "start", "−Z"),
-    ] {
-        text(&mut svg, (x, y), anchor, label);
-    }
+    globe::axes(&mut svg);
     let legend = format!(
         "red: photographs; white: views of the carved hull; bright: outlines rest on photographs ({:.0} % on average)",
         100.0 * on_average
@@ -85,23 +49,10 @@ pub fn coverage_map(map: &SilhouetteMap) -> Option<String> {
 /// The map's rectangle in colours; `None` where the map is no polytope.
 fn coloured(map: &SilhouetteMap) -> Option<ColourImage> {
     let polytope = Polytope::new(map).ok()?;
-    let (width, height) = PICTURE;
-    let mut rgba = Vec::with_capacity(width as usize * height as usize * 4);
     let mut last = 0;
-    for (i, j) in (0..height).flat_map(|j| (0..width).map(move |i| (i, j))) {
-        let place = DVec2::new(
-            (f64::from(i) + 0.5) / f64::from(width) * 2.0 - 1.0,
-            (f64::from(j) + 0.5) / f64::from(height) * 2.0 - 1.0,
-        );
-        let share = covered_at(map, &polytope, direction_at(place), &mut last);
-        rgba.extend(palette::along(share));
-        rgba.push(255);
-    }
-    Some(ColourImage {
-        width,
-        height,
-        rgba,
-    })
+    Some(globe::coloured(|direction| {
+        covered_at(map, &polytope, direction, &mut last)
+    }))
 }
 
 fn covered_at(map: &SilhouetteMap, polytope: &Polytope, direction: DVec3, last: &mut u32) -> f64 {
@@ -150,7 +101,7 @@ mod tests {
         let map = octahedron(true);
         let picture = coloured(&map).unwrap();
         let at = |direction: DVec3| {
-            let place = mollweide(direction) * 0.5 + 0.5;
+            let place = globe::mollweide(direction) * 0.5 + 0.5;
             let column = ((place.x * 480.0) as usize).min(479);
             let row = ((place.y * 240.0) as usize).min(239);
             let k = 4 * (row * 480 + column);

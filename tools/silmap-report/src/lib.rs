@@ -13,6 +13,7 @@ mod coverage_map;
 mod difference;
 mod direction_map;
 mod epipolar_picture;
+mod globe;
 mod numbers;
 mod page;
 mod palette;
