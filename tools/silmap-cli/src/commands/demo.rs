@@ -92,7 +92,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let model = make_model().context("the demo's model")?;
     let mesh = mesh_io::encode(Path::new("organic.ply"), model.mesh.mesh())?;
     write("organic.ply", mesh);
-    let params = demo_params();
+    let params = params(VIEWS, KEEP);
     let (mut asset, report) =
         build_watched(&model, &Photographed::default(), &params).context("the demo's model")?;
     add_uniform_curve(&mut asset, &model, &params)?;
@@ -126,11 +126,12 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     tell(args, bytes.len(), started.elapsed().as_secs_f64())
 }
 
-fn demo_params() -> BuildParams {
+/// A demo's assets: so many views, and so many that are kept.
+pub(crate) fn params(views: u32, keep: u32) -> BuildParams {
     BuildParams {
-        views: VIEWS,
+        views,
         map: SimplifyMapParams {
-            keep: KEEP,
+            keep,
             ..SimplifyMapParams::default()
         },
         hull: HullParams {
@@ -171,22 +172,27 @@ fn draw(gpu: &Gpu, asset: &Asset, model: &TriangleMesh) -> anyhow::Result<Vec<Ro
                 .iter()
                 .map(|&(_, mode)| {
                     interrupt::check()?;
-                    let params = FrameParams {
-                        camera,
-                        mode,
-                        method: Method::best_for(&asset.map),
-                        paint: Paint::default(),
-                        antialias: Antialias::Soft,
-                        background: Background::Colour([255; 3]),
-                        edges: EdgeParams::default(),
-                        shadow: None,
-                    };
+                    let params = frame(asset, camera, mode);
                     Ok(renderer.render(gpu, &params)?)
                 })
                 .collect::<anyhow::Result<_>>()?;
             Ok((caption, pictures))
         })
         .collect()
+}
+
+/// How a demo's pictures are drawn: on white.
+pub(crate) fn frame(asset: &Asset, camera: Camera, mode: Mode) -> FrameParams {
+    FrameParams {
+        camera,
+        mode,
+        method: Method::best_for(&asset.map),
+        paint: Paint::default(),
+        antialias: Antialias::Soft,
+        background: Background::Colour([255; 3]),
+        edges: EdgeParams::default(),
+        shadow: None,
+    }
 }
 
 /// One picture with a row for each viewpoint: the model, its bare hull, and what silmap makes of the hull.

@@ -14,22 +14,18 @@ use serde::Serialize;
 use silmap_capture::Pinhole;
 use silmap_geometry::{Bvh, Camera, ClosedMesh, ColourImage, TriangleMesh};
 use silmap_gpu::Gpu;
-use silmap_hull::HullParams;
 use silmap_map::{Asset, MapReader, Method, asset};
 use silmap_measure::evaluate::{Comparison, compare};
 use silmap_mesh_io as mesh_io;
 use silmap_preprocess::pipeline::BuildParams;
-use silmap_preprocess::simplify_map::SimplifyMapParams;
 use silmap_preprocess::texture::TextureParams;
-use silmap_study::{
-    Antialias, Background, EdgeParams, FrameParams, Mode, Paint, PictureOptions, PictureRenderer,
-};
+use silmap_study::{Background, FrameParams, Mode, PictureOptions, PictureRenderer};
 
 use crate::args::{CarveArgs, DemoArgs, ModelKind};
 use crate::commands::build::build_watched;
 use crate::commands::captured::{CarvedCapture, fitting_resolution_px};
 use crate::commands::generate::generate;
-use crate::commands::open_gpu;
+use crate::commands::{demo, open_gpu};
 use crate::interrupt;
 use crate::made_capture::{self, Exposure, MadeView, Photographer};
 use crate::names::PictureKind;
@@ -43,8 +39,6 @@ const MODEL_FACES: usize = 40_000;
 const VIEWS: u32 = 480;
 /// Views that are kept.
 const KEEP: u32 = 160;
-/// Faces of the hull, more than by default: eight arms hide each other from many sides.
-const HULL_FACES: u32 = 1000;
 /// Side of the pictures that outlines are compared in, pixels.
 const COMPARED_PX: u32 = 512;
 /// Eyes in between the photographs' that outlines are compared at.
@@ -120,7 +114,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let params = BuildParams {
         textures,
         resolution_px: fitting_resolution_px(&carved.capture),
-        ..demo_params()
+        ..demo::params(VIEWS, KEEP)
     };
     let seen = carved.photographed()?;
     let model = carved.model();
@@ -168,21 +162,6 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
         ("errors.json", &serde_json::to_vec_pretty(&result.errors)?),
     ])?;
     tell(args, &result)
-}
-
-fn demo_params() -> BuildParams {
-    BuildParams {
-        views: VIEWS,
-        map: SimplifyMapParams {
-            keep: KEEP,
-            ..SimplifyMapParams::default()
-        },
-        hull: HullParams {
-            target_faces: HULL_FACES,
-            ..HullParams::default()
-        },
-        ..BuildParams::default()
-    }
 }
 
 /// Puts a capture into a folder of its own. The camera file comes last, so that a capture without it is none.
@@ -340,14 +319,8 @@ impl<'a> Strips<'a> {
     ) -> anyhow::Result<ColourImage> {
         interrupt::check()?;
         let params = FrameParams {
-            camera: *camera,
-            mode,
-            method: Method::best_for(&self.asset.map),
-            paint: Paint::default(),
-            antialias: Antialias::Soft,
             background,
-            edges: EdgeParams::default(),
-            shadow: None,
+            ..demo::frame(self.asset, *camera, mode)
         };
         Ok(self.renderer.render(self.gpu, &params)?)
     }
