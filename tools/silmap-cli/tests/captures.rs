@@ -125,7 +125,10 @@ fn a_capture_is_checked_and_built() {
         let words = [&words[..], &["--voxels", "48"], options].concat();
         (run_json(&words), fs::read(&out).unwrap())
     };
-    let (told, first) = build("one.glb", &[&["--threads", "1"], SMALL_BUILD].concat());
+    let page = folder.join("page.html");
+    let options = ["--threads", "1", "--page", path(&page)];
+    let (told, first) = build("one.glb", &[&options[..], SMALL_BUILD].concat());
+    assert!(fs::read_to_string(page).unwrap().contains("What was found"));
     let like = folder.join("one.glb");
     let options = ["--threads", "3", "--params-from", path(&like)];
     let (_, second) = build("three.glb", &options);

@@ -19,7 +19,7 @@ use silmap_preprocess::simplify_contour::SimplifyContourParams;
 
 use crate::args::{BackendArg, BuildArgs, CarveArgs, CoverageArg, usage_error};
 use crate::commands::captured::{self, CaptureJson, CarvedCapture};
-use crate::commands::{manifest, open_gpu};
+use crate::commands::{capture_check, capture_page, manifest, open_gpu};
 use crate::files::{check_model_of, load_model_with, load_options, read_asset};
 use crate::machine;
 use crate::names;
@@ -148,7 +148,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     manifest::end_with_reader(&args.list)?;
     check_usage(args);
     if let Some(capture) = args.model.as_ref().filter(|_| args.carving.check) {
-        return captured::check(capture, &args.carving, args.output.json);
+        return capture_check::check(capture, &args.carving, args.output.json);
     }
     let file = OutputFile::check(args.out())?;
     if let Some(model) = &args.model {
@@ -179,6 +179,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let mut carved = silmap_capture::is_capture(model_path)
         .then(|| CarvedCapture::of(model_path, &args.carving, texture_px))
         .transpose()?;
+    carved.as_ref().map_or(Ok(()), capture_page::write)?;
     let model = match &carved {
         Some(carved) => carved.model(),
         None => load_model_with(model_path, &load_options)?,

@@ -6,8 +6,19 @@ use silmap_report::{CapturePage, CapturePageView, capture_page};
 
 use crate::commands::captured::CarvedCapture;
 
+/// Writes the page that is asked for.
+///
+/// # Errors
+/// When it cannot be written.
+pub(crate) fn write(found: &CarvedCapture) -> anyhow::Result<()> {
+    match &found.page {
+        Some(file) => file.write(page(found).as_bytes()),
+        None => Ok(()),
+    }
+}
+
 /// The page, in the frame of the cameras but for the origin of the carved hull.
-pub(crate) fn page(found: &CarvedCapture) -> String {
+fn page(found: &CarvedCapture) -> String {
     let (capture, carved) = (&found.capture, &found.carved);
     let hull = carved.mesh.mesh();
     let (left_out, disagree) = (found.left_out(), found.disagree());

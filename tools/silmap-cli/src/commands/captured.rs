@@ -1,8 +1,7 @@
-//! Captures in the place of a mesh: read, carved, coloured; and what `build --check` prints about them.
+//! Captures in the place of a mesh: read, carved, coloured.
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
 
 use anyhow::Context;
 use serde::Serialize;
@@ -17,10 +16,9 @@ use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::Photographed;
 
 use crate::args::CarveArgs;
-use crate::commands::capture_page;
 use crate::output::OutputFile;
 use crate::progress::Progress;
-use crate::{interrupt, machine, names, output};
+use crate::{interrupt, names, output};
 
 /// Photographs keep so many pixels a side for each of a texture view's.
 const PHOTOGRAPH_OVER_TEXTURE: u32 = 2;
@@ -41,8 +39,10 @@ pub(crate) struct CarvedCapture {
     gain_of: BTreeMap<usize, [f32; 3]>,
     /// What was odd, as sentences.
     pub(crate) warnings: Vec<String>,
+    /// Where the page about it is to be written.
+    pub(crate) page: Option<OutputFile>,
     /// Another reading of the cameras that agrees better with the masks.
-    misread: Option<Misread>,
+    pub(crate) misread: Option<Misread>,
     /// How far all image coordinates are off.
     pub(crate) shift: Option<ImageShift>,
 }
@@ -50,17 +50,17 @@ pub(crate) struct CarvedCapture {
 /// A mask beside the carved hull.
 #[derive(Debug, Serialize)]
 pub(crate) struct MaskJson {
-    name: String,
+    pub(crate) name: String,
     /// Its camera without the lens: 3×4, to pixels from the image's top-left corner.
     camera: Matrix34,
     /// Columns and rows of that image.
     size: [u32; 2],
     /// Intersection over union; null where the hull reaches behind the camera.
-    overlap: Option<f64>,
+    pub(crate) overlap: Option<f64>,
     /// Pixels of the hull beside the mask, over those of the mask.
-    outvoted: Option<f64>,
+    pub(crate) outvoted: Option<f64>,
     /// Pixels of the mask beside the hull, over those of the mask.
-    missing: Option<f64>,
+    pub(crate) missing: Option<f64>,
     /// Factors on linear red, green and blue that even out its photograph's exposure; null where it has none.
     gain: Option<[f32; 3]>,
 }
@@ -95,60 +95,9 @@ struct GainsJson {
 }
 
 #[derive(Debug, Serialize)]
-struct OverlapJson {
+pub(crate) struct OverlapJson {
     smallest: Option<f64>,
     median: Option<f64>,
-}
-
-/// What `build --check` prints.
-#[derive(Serialize)]
-struct CheckJson<'a> {
-    capture: &'a Path,
-    name: &'a str,
-    format: &'static str,
-    conventions: &'static str,
-    pixel_centre: f64,
-    /// Views in the file.
-    listed: usize,
-    /// Views with a mask.
-    views: usize,
-    photographs: usize,
-    distortion: String,
-    masks: Vec<MaskJson>,
-    overlap: OverlapJson,
-    /// Views whose masks or cameras disagree with the rest.
-    disagree: Vec<&'a str>,
-    outvoted: u32,
-    /// Views without a vote: each alone carves away much of what all others keep.
-    left_out: Vec<&'a str>,
-    /// What may be wrong with all cameras; nothing where the masks agree with them, several where they do not tell which.
-    likely: Vec<&'static str>,
-    image_shift: Option<ShiftJson>,
-    voxel: f64,
-    hull: HullJson,
-    warnings: &'a [String],
-    seconds: f64,
-    peak_bytes: Option<u64>,
-}
-
-/// What is to be added to the image coordinates that the cameras give so that they fit the masks best, pixels.
-#[derive(Serialize)]
-struct ShiftJson {
-    by: [f64; 2],
-    /// Standard deviations.
-    deviation: [f64; 2],
-    /// Whether each of both can be told.
-    is_known: [bool; 2],
-    /// `none`, `half-pixel` or `principal-point`.
-    looks_like: &'static str,
-}
-
-#[derive(Serialize)]
-struct HullJson {
-    faces: usize,
-    volume: f64,
-    /// Corners of the box around it, in the frame of the cameras.
-    bounds: [[f64; 3]; 2],
 }
 
 /// Reads a capture and prints what was odd.
@@ -196,6 +145,7 @@ impl CarvedCapture {
             gains: None,
             gain_of: BTreeMap::new(),
             warnings: Vec::new(),
+            page,
             misread: None,
             shift: None,
         };
@@ -206,9 +156,6 @@ impl CarvedCapture {
         found.warnings = odd.iter().map(ToString::to_string).collect();
         for warning in &found.warnings[found.capture.warnings.len()..] {
             output::warn(&format!("{}: {warning}", found.capture.path.display()));
-        }
-        if let Some(file) = page {
-            file.write(capture_page::page(&found).as_bytes())?;
         }
         Ok(found)
     }
@@ -269,7 +216,7 @@ impl CarvedCapture {
         }
     }
 
-    fn masks(&self) -> Vec<MaskJson> {
+    pub(crate) fn masks(&self) -> Vec<MaskJson> {
         let pairs = self.capture.views.iter().zip(&self.carved.residuals);
         pairs
             .enumerate()
@@ -311,12 +258,12 @@ impl CarvedCapture {
     }
 
     /// How many views with a mask have a photograph.
-    fn taken(&self) -> usize {
+    pub(crate) fn taken(&self) -> usize {
         let views = self.capture.views.iter();
         views.filter(|v| v.photo.is_some()).count()
     }
 
-    fn overlap(&self) -> OverlapJson {
+    pub(crate) fn overlap(&self) -> OverlapJson {
         let overlaps = || self.carved.residuals.iter().flatten().map(|r| r.overlap);
         OverlapJson {
             smallest: overlaps().min_by(f64::total_cmp),
@@ -398,100 +345,4 @@ pub(crate) fn fitting_resolution_px(capture: &Capture) -> u32 {
     let usual = median(capture.views.iter().filter_map(half_px)).unwrap_or(0.0);
     let side = 2.0 * camera::FIT_MARGIN * usual;
     (side as u32).next_multiple_of(64).clamp(256, 1024)
-}
-
-/// `build --check`.
-///
-/// # Errors
-/// One sentence with the file's name.
-pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Result<()> {
-    let started = Instant::now();
-    let found = CarvedCapture::of(path, args, 0)?;
-    let (capture, carved) = (&found.capture, &found.carved);
-    let disagree = found.disagree();
-    let with_lens = capture.views.iter().filter(|v| v.lens.is_some()).count();
-    let distortion = match with_lens {
-        0 => "none".to_owned(),
-        all if all == capture.views.len() => "taken out".to_owned(),
-        some => format!("taken out of {some} views"),
-    };
-    let (bounds, origin) = (carved.mesh.bounds(), carved.mesh.origin());
-    if is_json {
-        return output::print_json(&CheckJson {
-            capture: &capture.path,
-            name: &capture.name,
-            format: capture.format.name(),
-            conventions: capture.format.conventions(),
-            pixel_centre: capture.pixel_centre,
-            listed: capture.listed,
-            views: capture.views.len(),
-            photographs: found.taken(),
-            distortion,
-            masks: found.masks(),
-            overlap: found.overlap(),
-            disagree,
-            outvoted: carved.outvoted,
-            left_out: found.left_out(),
-            likely: found.misread.as_ref().map_or_else(Vec::new, Misread::keys),
-            image_shift: found.shift.map(|shift| ShiftJson {
-                by: shift.by.to_array(),
-                deviation: shift.deviation.to_array(),
-                is_known: shift.is_known(),
-                looks_like: match shift.kind() {
-                    ShiftKind::None => "none",
-                    ShiftKind::HalfPixel { .. } => "half-pixel",
-                    ShiftKind::Principal => "principal-point",
-                },
-            }),
-            voxel: carved.voxel,
-            hull: HullJson {
-                faces: carved.mesh.mesh().faces.len(),
-                volume: carved.mesh.mesh().volume(),
-                bounds: [bounds.min, bounds.max].map(|corner| (corner + origin).to_array()),
-            },
-            warnings: &found.warnings,
-            seconds: started.elapsed().as_secs_f64(),
-            peak_bytes: machine::peak_bytes(None),
-        });
-    }
-    let mut lines = vec![
-        format!(
-            "{}: {}, {}, the first pixel's centre at {}, distortion: {distortion}",
-            capture.path.display(),
-            capture.format.name(),
-            capture.format.conventions(),
-            capture.pixel_centre
-        ),
-        found.counts(),
-        found.describe(),
-        format!(
-            "hull: volume {:.4e}, {} faces, voxels of {:.4e}",
-            carved.mesh.mesh().volume(),
-            carved.mesh.mesh().faces.len(),
-            carved.voxel
-        ),
-    ];
-    lines.extend(found.shift.iter().map(ToString::to_string));
-    for mask in found.masks() {
-        let mark = if disagree.contains(&mask.name.as_str()) {
-            "  disagrees with the rest"
-        } else {
-            ""
-        };
-        lines.push(match (mask.overlap, mask.outvoted, mask.missing) {
-            (Some(overlap), Some(outvoted), Some(missing)) => format!(
-                "  {}: overlap {overlap:.4}, {:.2} % of the hull beside the mask, {:.2} % of the mask carved away{mark}",
-                mask.name,
-                100.0 * outvoted,
-                100.0 * missing
-            ),
-            _ => format!("  {}: the hull reaches behind its camera", mask.name),
-        });
-    }
-    lines.push(match disagree.len() {
-        0 => "no view disagrees with the rest".to_owned(),
-        count => format!("{count} disagree with the rest: {}", disagree.join(", ")),
-    });
-    lines.push(String::new());
-    output::print_bytes(lines.join("\n").as_bytes())
 }

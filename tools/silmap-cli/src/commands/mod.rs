@@ -4,6 +4,7 @@ mod align;
 mod attach;
 mod bench;
 mod build;
+mod capture_check;
 mod capture_page;
 mod captured;
 mod contour;
