@@ -214,6 +214,7 @@ fn options_that_do_not_go_together_are_usage_errors() {
             "--resolution",
         ),
         ("evaluate CAPTURE --leave-one-out --seed 2", "--seed"),
+        ("evaluate CAPTURE --leave-one-out --weld 0.1", "--model"),
         ("align MODEL --mask no.png", "--start"),
     ] {
         let words = line.split(' ').flat_map(|word| match word {

@@ -9,12 +9,13 @@ use serde::Serialize;
 use silmap_capture::MaskOptions;
 use silmap_measure::evaluate::{EvaluateParams, Place, Shares, ViewpointError, evaluate};
 use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
+use silmap_mesh_io::LoadOptions;
 
 use crate::args::{EvaluateArgs, WhereArg, usage_error};
 use crate::captured_camera;
 use crate::commands::evaluation::{METHOD, ViewpointJson, methods_of, of_methods, table};
 use crate::commands::{evaluate_captured, leave_one_out, open_gpu};
-use crate::files::{load_model_of, read_asset};
+use crate::files::{load_model_of, load_options, read_asset};
 use crate::output;
 use crate::progress::Progress;
 
@@ -34,6 +35,12 @@ const FEW_PX: u64 = 100;
 pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
     if !args.views.is_empty() && args.camera.is_none() {
         captured_camera::without_camera("--view <NAME>");
+    }
+    if args.model.is_none() && load_options(args.mending) != LoadOptions::default() {
+        usage_error(
+            ErrorKind::MissingRequiredArgument,
+            "--close-holes, --repair, --alpha and --weld mend the mesh of '--model <MODEL>', and there is none",
+        );
     }
     if args.leave_one_out {
         return leave_one_out::run(args);
