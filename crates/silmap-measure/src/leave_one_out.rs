@@ -20,7 +20,7 @@ use silmap_geometry::{
 use silmap_map::{
     Detail, InterpolateError, Interpolation, MapReader, Method, PolytopeError, SilhouetteMap,
 };
-use silmap_preprocess::pipeline::{BuildError, BuildParams, Captured};
+use silmap_preprocess::pipeline::{BuildError, BuildParams, Gaps, capture_around};
 use silmap_preprocess::seen::SAME_DIRECTION_COSINE;
 use thiserror::Error;
 
@@ -44,7 +44,7 @@ pub enum Predictor {
     VisualHull,
     /// The carved hull of the remaining masks, some of them outvoted.
     CarvedHull,
-    /// Method `tight` in a map of the object's own mesh, with views at the same places: what masks without noise would reach.
+    /// Method `tight` in a map of the object's own mesh, with views where the photographs were taken, and others only far from all of them.
     Mesh,
 }
 
@@ -376,14 +376,14 @@ fn map_about(
     let model = &carved.mesh;
     let outlines = seen_outlines(capture, carved).into_iter().flatten();
     let silhouettes: Vec<SeenSilhouette> = outlines.map(|seen| seen.silhouette).collect();
-    map_near(model, &silhouettes, eye, params, watch)
+    map_near(model, &silhouettes, (Gaps::Drawn, eye), params, watch)
 }
 
 /// The map of a model and of what was seen of it; only views that an eye could look through have outlines.
 fn map_near(
     model: &ClosedMesh,
     silhouettes: &[SeenSilhouette],
-    eye: DVec3,
+    (gaps, eye): (Gaps, DVec3),
     params: &BuildParams,
     watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
@@ -392,7 +392,7 @@ fn map_near(
         let cosine = (camera.eye - center).normalize_or_zero();
         cosine.dot((eye - center).normalize_or_zero()) > FAR_COSINE
     };
-    let captured = Captured::where_needed(model, silhouettes, params, &is_near, watch)?;
+    let captured = capture_around(model, silhouettes, params, (gaps, &is_near), watch)?;
     captured.map(model, &Bvh::new(model.mesh()), params, watch)
 }
 
@@ -421,7 +421,9 @@ fn mesh_map(
             })
         })
         .collect();
-    let map = map_near(model, &silhouettes, left_out.eye, params, &watch.quiet())?;
+    // A view of the mesh in the gap would show what was left out.
+    let where_from = (Gaps::Open, left_out.eye);
+    let map = map_near(model, &silhouettes, where_from, params, &watch.quiet())?;
     Ok(Some((map, truth)))
 }
 

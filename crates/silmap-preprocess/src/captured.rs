@@ -2,20 +2,22 @@
 //!
 //! Source: Silhouette Mapping, sections 3 and 4.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::trace::trace_contours;
 use silmap_geometry::watch::Watch;
-use silmap_geometry::{Camera, ClosedMesh, CoverageRule, Loop, Mask, SeenSilhouette};
+use silmap_geometry::{Bounds, Camera, ClosedMesh, CoverageRule, Loop, Mask, SeenSilhouette};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 
 use crate::build_error::BuildError;
 use crate::build_params::BuildParams;
 use crate::capture::{capture, deep_contours, view_sphere};
-use crate::dense_map::{self, DenseMapParams};
+use crate::dense_map::{self, DenseMapParams, triangulate_view_sphere};
 use crate::progress::{self, Unused};
-use crate::seen::{Viewpoints, covered, outline_in, viewpoints};
+use crate::seen::{Viewpoints, covered, outline_in, reaching, viewpoints};
 use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
+use crate::simplify_map::is_readable;
 
 /// The silhouettes of a model from many viewpoints.
 #[derive(Clone, Debug, Default)]
@@ -26,6 +28,8 @@ pub struct Captured {
     pub masks: Vec<Mask>,
     /// The outlines of the first views, which photographs show, and what share of them they do. Those of all others are drawn.
     pub seen: Vec<(Vec<Loop>, f64)>,
+    /// The model's own silhouettes in the cameras of the photographs, where they have outlines.
+    pub(crate) drawn: Vec<Option<Mask>>,
     /// Which views have outlines: all of them where it is empty.
     needed: Vec<bool>,
     /// Photographs' silhouettes that are none of the views, by their numbers.
@@ -54,28 +58,12 @@ impl Captured {
         })
     }
 
-    /// The silhouettes that photographs show, and those that the model has where there is no photograph; of a model that nobody
-    /// photographed, evenly spread ones.
+    /// The silhouettes that photographs show, and those that the model has wherever no photograph is near; evenly spread ones where no
+    /// photograph can be used. Only cameras that are needed have outlines: the others are there for the polytope.
     ///
     /// # Errors
     /// As [`Captured::evenly`].
-    pub fn all_around(
-        model: &ClosedMesh,
-        silhouettes: &[SeenSilhouette],
-        params: &BuildParams,
-        watch: &Watch<'_>,
-    ) -> Result<Self, BuildError> {
-        if silhouettes.is_empty() {
-            return Self::evenly(model, params, params.views, watch);
-        }
-        Self::where_needed(model, silhouettes, params, &|_| true, watch)
-    }
-
-    /// As [`Captured::all_around`], with no outlines but for cameras that are needed: the others are there for the polytope.
-    ///
-    /// # Errors
-    /// As [`Captured::evenly`].
-    pub fn where_needed(
+    pub(crate) fn around_photographs(
         model: &ClosedMesh,
         silhouettes: &[SeenSilhouette],
         params: &BuildParams,
@@ -96,32 +84,65 @@ impl Captured {
             return Ok(Self { unused, ..evenly });
         }
         let needed: Vec<bool> = cameras.iter().map(is_needed).collect();
-        let empty = |camera: &Camera| Mask::new(camera.width_px, camera.height_px);
         let outline = |(camera, &k): (&Camera, &usize)| {
             let silhouette = &silhouettes[k];
             let loops = outline_in(silhouette, camera, params.tolerance_px);
             (loops, silhouette.photographed)
         };
         let seen: Vec<_> = cameras.par_iter().zip(&seen).map(outline).collect();
-        let mut masks: Vec<Mask> = (cameras.iter().zip(&seen))
-            .map(|(camera, (loops, _))| covered(loops, camera))
-            .collect();
-        let drawn: Vec<Camera> = (cameras.iter().zip(&needed).skip(seen.len()))
+        let wanted: Vec<Camera> = (cameras.iter().zip(&needed))
             .filter(|(_, needed)| **needed)
             .map(|(camera, _)| *camera)
             .collect();
-        let mut drawn = capture(model, &drawn, &params.capture, watch)?.into_iter();
-        for (camera, needed) in cameras.iter().zip(&needed).skip(seen.len()) {
-            let mask = needed.then(|| drawn.next()).flatten();
-            masks.push(mask.unwrap_or_else(|| empty(camera)));
-        }
+        let mut drawn = capture(model, &wanted, &params.capture, watch)?.into_iter();
+        let drawn: Vec<Option<Mask>> = needed
+            .iter()
+            .map(|needed| needed.then(|| drawn.next()).flatten())
+            .collect();
+        let (of_photographs, of_others) = drawn.split_at(seen.len());
+        let own = (cameras.iter().zip(&seen)).map(|(camera, (loops, _))| covered(loops, camera));
+        let others = (cameras.iter().skip(seen.len()).zip(of_others)).map(|(camera, drawn)| {
+            let empty = || Mask::new(camera.width_px, camera.height_px);
+            drawn.clone().unwrap_or_else(empty)
+        });
         Ok(Self {
+            masks: own.chain(others).collect(),
             cameras,
-            masks,
             seen,
             needed,
+            drawn: of_photographs.to_vec(),
             unused,
         })
+    }
+
+    /// Some of the views: all photographs', and of the others those that are marked.
+    pub(crate) fn subset(&self, is_kept: &[bool]) -> Self {
+        fn kept<T: Clone>(values: &[T], is_kept: &[bool]) -> Vec<T> {
+            let marked = values.iter().zip(is_kept).filter(|(_, kept)| **kept);
+            marked.map(|(value, _)| value.clone()).collect()
+        }
+        Self {
+            cameras: kept(&self.cameras, is_kept),
+            masks: kept(&self.masks, is_kept),
+            needed: kept(&self.needed, is_kept),
+            seen: self.seen.clone(),
+            drawn: self.drawn.clone(),
+            unused: self.unused.clone(),
+        }
+    }
+
+    /// Whether the views make a polytope from which all of a model with these bounds can be looked at.
+    pub(crate) fn is_polytope(&self, bounds: &Bounds) -> bool {
+        let eyes: Vec<DVec3> = self.cameras.iter().map(|c| c.eye).collect();
+        let radius = reaching(bounds, self.cameras.first().map_or(0, |c| c.width_px));
+        let arm = |v: u32| eyes[v as usize] - bounds.center;
+        triangulate_view_sphere(bounds.center, &eyes)
+            .is_ok_and(|t| t.iter().all(|t| is_readable(t.map(arm), radius)))
+    }
+
+    /// Whether a view has an outline.
+    pub(crate) fn has_outline(&self, view: usize) -> bool {
+        self.needed.get(view) != Some(&false)
     }
 
     /// The map of all views, on the polytope that connects them. `tree` is over the model's faces.
@@ -160,7 +181,7 @@ impl Captured {
         let views = (self.cameras.par_iter().zip(&self.masks).enumerate())
             .map(|(view, (&camera, mask))| {
                 watch.check()?;
-                if self.needed.get(view) == Some(&false) {
+                if !self.has_outline(view) {
                     return Ok(CapturedView {
                         camera,
                         contours: Vec::new(),
@@ -208,36 +229,5 @@ fn map_params(model: &ClosedMesh, params: &BuildParams) -> DenseMapParams {
         resolution_px: params.resolution_px,
         tolerance_px: params.tolerance_px,
         coverage: params.capture.coverage,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::{DMat3, DVec3};
-
-    use super::*;
-    use silmap_models as models;
-
-    /// A photograph from within the model says nothing: the views are those of a model that nobody photographed.
-    #[test]
-    fn silhouettes_that_cannot_be_used_leave_evenly_spread_views() {
-        let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-        let params = BuildParams {
-            views: 20,
-            resolution_px: 32,
-            ..BuildParams::default()
-        };
-        let silhouette = SeenSilhouette {
-            name: "within".to_owned(),
-            eye: model.bounds().center + DVec3::X * 0.5 * model.bounds().radius,
-            outline: Vec::new(),
-            ray_from_image: DMat3::IDENTITY,
-            photographed: 1.0,
-        };
-        let watch = Watch::silent();
-        let found = Captured::all_around(&model, &[silhouette], &params, &watch).unwrap();
-        let evenly = Captured::evenly(&model, &params, 20, &watch).unwrap();
-        assert_eq!(found.cameras, evenly.cameras);
-        assert_eq!(found.unused, [(0, Unused::Behind)]);
     }
 }

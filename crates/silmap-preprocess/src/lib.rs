@@ -6,6 +6,7 @@ pub mod capture;
 mod captured;
 pub mod dense_map;
 pub mod fewer_views;
+mod gaps;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;

@@ -16,6 +16,7 @@ use silmap_map::{Asset, CoarseHull, Placement, SilhouetteMap, TextureSet, asset}
 pub use crate::build_error::BuildError;
 pub use crate::build_params::BuildParams;
 pub use crate::captured::Captured;
+pub use crate::gaps::{Gaps, capture_around};
 use crate::progress::PrepWarning;
 pub use crate::record::model_crc32;
 use crate::record::record;
@@ -99,7 +100,13 @@ pub fn build_photographed(
 
     // The silhouettes from many viewpoints, on the polytope that connects them.
     let captured = timed(&mut seconds.capture, || {
-        Captured::all_around(model, &seen.silhouettes, params, watch)
+        capture_around(
+            model,
+            &seen.silhouettes,
+            params,
+            (Gaps::Drawn, &|_| true),
+            watch,
+        )
     })?;
     let dense = timed(&mut seconds.contours, || {
         captured.map(model, &tree, params, watch)

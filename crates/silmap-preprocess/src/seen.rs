@@ -68,8 +68,7 @@ pub fn viewpoints(
         }
     }
     used.sort_unstable();
-    // The contours' own radius has a few pixels more.
-    let radius = bounds.radius * (1.0 + 6.0 / f64::from(resolution_px.max(1)));
+    let radius = reaching(bounds, resolution_px);
     while !used.is_empty() {
         let mut arms: Vec<DVec3> = used.iter().map(|&k| arm(k)).collect();
         let usual = middle(arms.iter().map(|a| a.length()));
@@ -106,6 +105,11 @@ pub fn viewpoints(
         unused,
         ..Viewpoints::default()
     })
+}
+
+/// The radius that contours in pictures of that size reach at most: a few pixels more than the model's.
+pub(crate) fn reaching(bounds: &Bounds, resolution_px: u32) -> f64 {
+    bounds.radius * (1.0 + 6.0 / f64::from(resolution_px.max(1)))
 }
 
 /// Directions that are away from all arms.
@@ -196,7 +200,7 @@ pub fn covered(loops: &[Loop], camera: &Camera) -> Mask {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
     use glam::DMat3;
@@ -217,7 +221,7 @@ mod tests {
         seen_by(&mesh, &camera, name)
     }
 
-    fn seen_by(mesh: &TriangleMesh, camera: &Camera, name: &str) -> SeenSilhouette {
+    pub(crate) fn seen_by(mesh: &TriangleMesh, camera: &Camera, name: &str) -> SeenSilhouette {
         let mut mask = Mask::new(camera.width_px, camera.height_px);
         rasterise(mesh, camera, CoverageRule::Center, &mut mask).unwrap();
         let [o, x, y] = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|p| camera.direction_from_image(p));
