@@ -126,7 +126,9 @@ fn a_capture_is_checked_and_built() {
         (run_json(&words), fs::read(&out).unwrap())
     };
     let page = folder.join("page.html");
-    let options = ["--threads", "1", "--page", path(&page)];
+    let carved = folder.join("carved.ply");
+    let beside = ["--page", path(&page), "--carved", path(&carved)];
+    let options = [&["--threads", "1"], &beside[..]].concat();
     let (told, first) = build("one.glb", &[&options[..], SMALL_BUILD].concat());
     assert!(fs::read_to_string(page).unwrap().contains("What was found"));
     let like = folder.join("one.glb");
@@ -152,6 +154,11 @@ fn a_capture_is_checked_and_built() {
     assert!((6..=14).contains(&seen), "{seen}");
     let covered = told["covered"].as_f64().unwrap();
     assert!(covered > 0.1 && covered < 1.0, "{covered}");
+    // What was carved is a mesh like others.
+    let words = ["--model", path(&carved), "--viewpoints", "6", "--json"];
+    let against = run_json(&[&["evaluate", path(&folder.join("one.glb"))], &words[..]].concat());
+    let off = against["methods"]["tight"]["misclassified_mean"].as_f64();
+    assert!(off.is_some_and(|off| off < 0.1), "{against}");
     // How much of an outline rests on photographs is said for each eye, and drawn.
     let asset = folder.join("one.glb");
     let inspected = run_json(&["inspect", path(&asset), "--full", "--json"]);
@@ -165,7 +172,7 @@ fn a_capture_is_checked_and_built() {
         outline["covered"].as_f64().unwrap()
     };
     let (photographed, far) = (covered(cameras()[4].eye), covered(-6.0 * DVec3::Z));
-    assert!(photographed > 0.99 && far < 0.3, "{photographed}, {far}");
+    assert!(photographed > 0.99 && far < 0.5, "{photographed}, {far}");
     let drawing = folder.join("seen.svg");
     run_json(&[
         "inspect",
@@ -273,6 +280,7 @@ fn options_that_are_not_for_captures_are_usage_errors() {
         ("--coverage=any", "are for meshes"),
         ("--uniform-curve", "are for meshes"),
         (&format!("--page={}", path(&out)), "two results"),
+        (&format!("--carved={}", path(&out)), "two results"),
     ] {
         let ended = run(&["build", path(&folder), "-o", path(&out), option]);
         assert_eq!(ended.code, 2, "{option}: {}", ended.err);

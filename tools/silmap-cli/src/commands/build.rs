@@ -155,9 +155,13 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         file.refuse_to_replace(model);
     }
     names::check_asset(args.out())?;
-    if let Some(page) = &args.carving.page {
-        output::refuse_same_file([&file, &OutputFile::check(page)?]);
-    }
+    let beside = [&args.carving.page, &args.carving.carved];
+    let beside = beside
+        .into_iter()
+        .flatten()
+        .map(|path| OutputFile::check(path));
+    let beside = beside.collect::<anyhow::Result<Vec<_>>>()?;
+    output::refuse_same_file(beside.iter().chain([&file]));
     let Some(model_path) = &args.model else {
         return run_from(args, file, started);
     };
@@ -179,7 +183,10 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let mut carved = silmap_capture::is_capture(model_path)
         .then(|| CarvedCapture::of(model_path, &args.carving, texture_px))
         .transpose()?;
-    carved.as_ref().map_or(Ok(()), capture_page::write)?;
+    if let Some(carved) = &carved {
+        carved.write_mesh()?;
+        capture_page::write(carved)?;
+    }
     let model = match &carved {
         Some(carved) => carved.model(),
         None => load_model_with(model_path, &load_options)?,
@@ -288,7 +295,7 @@ fn check_usage(args: &BuildArgs) {
     if args.carving != CarveArgs::default() && model.is_some_and(Path::is_file) && !is_capture {
         usage_error(
             ErrorKind::ArgumentConflict,
-            "--check, --voxels, --outvoted, --no-photographs, --mask-inverted, --mask-rule and --page are for captures, and this is neither a folder nor a camera file",
+            "--check, --voxels, --outvoted, --no-photographs, --mask-inverted, --mask-rule, --page and --carved are for captures, and this is neither a folder nor a camera file",
         );
     }
     let is_mending = load_options(args.mending) != LoadOptions::default();

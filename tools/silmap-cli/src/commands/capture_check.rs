@@ -69,6 +69,7 @@ struct HullJson {
 pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Result<()> {
     let started = Instant::now();
     let found = CarvedCapture::of(path, args, 0)?;
+    found.write_mesh()?;
     capture_page::write(&found)?;
     let (capture, carved) = (&found.capture, &found.carved);
     let disagree = found.disagree();

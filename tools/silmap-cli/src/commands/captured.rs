@@ -1,7 +1,7 @@
 //! Captures in the place of a mesh: read, carved, coloured.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use silmap_capture::{
 };
 use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
-use silmap_mesh_io::Loaded;
+use silmap_mesh_io::{Loaded, check_output, encode_painted};
 use silmap_preprocess::pipeline::Photographed;
 
 use crate::args::CarveArgs;
@@ -41,6 +41,8 @@ pub(crate) struct CarvedCapture {
     pub(crate) warnings: Vec<String>,
     /// Where the page about it is to be written.
     pub(crate) page: Option<OutputFile>,
+    /// Where the carved hull is to be written.
+    mesh_file: Option<(PathBuf, OutputFile)>,
     /// Another reading of the cameras that agrees better with the masks.
     pub(crate) misread: Option<Misread>,
     /// How far all image coordinates are off.
@@ -121,11 +123,18 @@ impl CarvedCapture {
     pub(crate) fn of(path: &Path, args: &CarveArgs, texture_px: u32) -> anyhow::Result<Self> {
         args.page.as_deref().map_or(Ok(()), names::check_page)?;
         let page = args.page.as_deref().map(OutputFile::check).transpose()?;
+        let mesh_file = (args.carved.as_deref())
+            .map(|path| {
+                check_output(path)?;
+                Ok::<_, anyhow::Error>((path.to_owned(), OutputFile::check(path)?))
+            })
+            .transpose()?;
         let capture = read(path, args.masks())?;
-        if let Some(page) = &page {
+        let outputs = page.iter().chain(mesh_file.iter().map(|(_, file)| file));
+        for output in outputs {
             let photos = capture.views.iter().filter_map(|v| v.photo.as_ref());
             for input in photos.chain([&capture.path]) {
-                page.refuse_to_replace(input);
+                output.refuse_to_replace(input);
             }
         }
         let params = CarveParams {
@@ -146,6 +155,7 @@ impl CarvedCapture {
             gain_of: BTreeMap::new(),
             warnings: Vec::new(),
             page,
+            mesh_file,
             misread: None,
             shift: None,
         };
@@ -158,6 +168,27 @@ impl CarvedCapture {
             output::warn(&format!("{}: {warning}", found.capture.path.display()));
         }
         Ok(found)
+    }
+
+    /// Writes the carved hull where that is asked for.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn write_mesh(&self) -> anyhow::Result<()> {
+        let Some((path, file)) = &self.mesh_file else {
+            return Ok(());
+        };
+        let mesh = &self.carved.mesh;
+        let files = encode_painted(path, mesh.mesh(), mesh.origin())?;
+        file.write(&files.bytes)?;
+        let left_out = files
+            .left_out
+            .iter()
+            .map(|what| format!("{what} are left out: the format has none"));
+        for warning in left_out.chain(files.rounding.iter().map(ToString::to_string)) {
+            output::warn(&format!("{}: {warning}", path.display()));
+        }
+        Ok(())
     }
 
     /// What is found out about all cameras together, with `--check` or for a page.
