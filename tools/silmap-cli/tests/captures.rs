@@ -276,7 +276,7 @@ fn options_that_are_not_for_captures_are_usage_errors() {
         ("--repair", "mend a mesh"),
         ("--weld=0.1", "mend a mesh"),
         ("--alpha=mask", "mend a mesh"),
-        ("--radius=3R", "are for meshes"),
+        ("--radius=4R", "are for meshes"),
         ("--coverage=any", "are for meshes"),
         ("--uniform-curve", "are for meshes"),
         (&format!("--page={}", path(&out)), "two results"),

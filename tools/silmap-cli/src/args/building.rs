@@ -175,9 +175,9 @@ pub(crate) struct CaptureArgs {
     /// Which pixels the model covers
     #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
     pub(crate) coverage: CoverageArg,
-    /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units [default: 3R]
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
-    pub(crate) radius: Option<Length>,
+    /// Radius of the view sphere: 3R is three times the model's bounding sphere, a bare number is in model units
+    #[arg(long, value_name = "LENGTH", default_value = "3R", value_parser = parse_length)]
+    pub(crate) radius: Length,
     /// What draws the captured views
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = BackendArg::Auto)]
     pub(crate) backend: BackendArg,

@@ -25,6 +25,7 @@ use crate::machine;
 use crate::names;
 use crate::output::{self, OutputFile};
 use crate::progress::Progress;
+use crate::values::Length;
 
 #[derive(Serialize)]
 struct BuildJson<'a> {
@@ -306,8 +307,9 @@ fn check_usage(args: &BuildArgs) {
         );
     }
     let captured = &args.capture;
-    let is_of_meshes =
-        captured.radius.is_some() || captured.coverage == CoverageArg::Any || args.uniform_curve;
+    let is_of_meshes = captured.radius != Length::Radii(BuildParams::default().view_radius_rel)
+        || captured.coverage == CoverageArg::Any
+        || args.uniform_curve;
     if is_of_meshes && is_capture {
         usage_error(
             ErrorKind::ArgumentConflict,
@@ -414,9 +416,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
     let mut params = BuildParams {
         load: load_options(args.mending),
         views: captured.views,
-        view_radius_rel: (captured.radius).map_or(usual.view_radius_rel, |radius| {
-            radius.in_radii(model_radius)
-        }),
+        view_radius_rel: captured.radius.in_radii(model_radius),
         resolution_px: captured.resolution.unwrap_or(resolution_px),
         capture: CaptureParams {
             coverage,
