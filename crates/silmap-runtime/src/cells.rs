@@ -163,6 +163,10 @@ fn size_class(radius_px: f64) -> u8 {
     (power.min(f64::from(LARGEST_SIZE)) as u8).max(SMALLEST_SIZE)
 }
 
+/// Half the diagonal of a small square, sides of it: √(2/3) beside a corner of the cube, where planes at equal angles meet at 120°, and the
+/// distances between them are 2√2/3 of the angle. In the middle of a face it is √(1/2).
+const LONGEST_HALF_DIAGONAL: f64 = 0.816_496_580_927_726;
+
 /// The face of a cube that a direction passes through, the square of that face, and the direction to that square's middle. Squares
 /// are bounded by planes at equal angles, no more than `radius` from their middle to a corner.
 pub(crate) fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], DVec3) {
@@ -175,9 +179,7 @@ pub(crate) fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], D
         2
     };
     let along = direction[axis];
-    let count = (FRAC_PI_2 / (radius * std::f64::consts::SQRT_2))
-        .ceil()
-        .max(1.0);
+    let count = (FRAC_PI_2 * LONGEST_HALF_DIAGONAL / radius).ceil().max(1.0);
     let side = FRAC_PI_2 / count;
     let mut middle = DVec3::ZERO;
     middle[axis] = along.signum();
@@ -243,6 +245,25 @@ mod tests {
             let again = Bearing::new(eye.extend(1.0), center, radius).unwrap();
             prop_assert!(again.angle_to(&bearing) < 1e-6);
         }
+    }
+
+    #[test]
+    fn squares_reach_no_farther_beside_a_corner_of_the_cube() {
+        let radius = 0.03;
+        let farthest = |from: DVec3, to: DVec3| {
+            let angle = |k: u32, l: u32| {
+                let share = |n: u32| f64::from(n) / 300.0;
+                let aside = DVec3::new(0.0, 0.2 * share(k), 0.2 * share(l));
+                let direction = (from + aside * (to - from)).normalize_or_zero();
+                direction_cell(direction, radius).2.angle_between(direction)
+            };
+            let pairs = (0..300).flat_map(|k| (0..300).map(move |l| (k, l)));
+            pairs.map(|(k, l)| angle(k, l)).fold(0.0, f64::max)
+        };
+        let corner = farthest(DVec3::ONE, DVec3::new(1.0, 0.0, 0.0));
+        let middle = farthest(DVec3::X, DVec3::ONE);
+        assert!(corner <= radius && corner > 0.9 * radius, "{corner}");
+        assert!(middle < corner, "{middle}");
     }
 
     #[test]
