@@ -398,10 +398,10 @@ mod tests {
         // The image of one camera ends in the middle of the object.
         let cut = capture(|k, camera, mask| {
             if k == 3 {
-                camera.width = 120;
-                let mut narrow = Mask::new(120, SIZE.1);
+                camera.width = 118;
+                let mut narrow = Mask::new(118, SIZE.1);
                 for y in 0..SIZE.1 {
-                    for x in (0..120).filter(|&x| mask.get(x.into(), y.into())) {
+                    for x in (0..118).filter(|&x| mask.get(x.into(), y.into())) {
                         narrow.set(x, y, true);
                     }
                 }
@@ -418,6 +418,6 @@ mod tests {
         assert!(off < 0.05, "{off}");
         assert!((0.3..0.8).contains(&outline.silhouette.photographed));
         let missing = 1.0 - cut.views[3].mask.count() as f64 / whole.count() as f64;
-        assert!(missing > 0.2, "the control: {missing}");
+        assert!(missing > 0.3, "the control: {missing}");
     }
 }

@@ -94,7 +94,11 @@ impl SilhouetteMap {
         let shares = views.map(|v| self.views[v as usize].photographed);
         let is_of_photographs = shares.iter().any(Option::is_some);
         let weighted = shares.iter().zip(barycentric);
-        is_of_photographs.then(|| weighted.map(|(s, w)| s.unwrap_or(0.0) * w).sum())
+        is_of_photographs.then(|| {
+            let covered: f64 = weighted.map(|(s, w)| s.unwrap_or(0.0) * w).sum();
+            // Weights add up to 1 but for rounding.
+            covered.clamp(0.0, 1.0)
+        })
     }
 
     /// [`Self::covered`] on average over all directions from the center. `None` in the map of a mesh.

@@ -41,6 +41,22 @@ pub struct PaintedFiles {
     pub rounding: Option<MeshWarning>,
 }
 
+impl PaintedFiles {
+    /// What the user should know about them, as sentences.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let left_out = match &self.left_out[..] {
+            [] => None,
+            [one] => Some((*one).to_owned()),
+            [rest @ .., last] => Some(format!("{} and {last}", rest.join(", "))),
+        };
+        let left_out = left_out.map(|what| {
+            format!("{what} left out: this kind of file has no place for them (.glb has)")
+        });
+        let rounding = self.rounding.as_ref().map(ToString::to_string);
+        left_out.into_iter().chain(rounding)
+    }
+}
+
 /// The files of a mesh in coordinates about `origin`, in the format that the extension of `path` names: in the files it stands there.
 ///
 /// # Errors

@@ -95,22 +95,22 @@ impl Captured {
             .map(|(camera, _)| *camera)
             .collect();
         let mut drawn = capture(model, &wanted, &params.capture, watch)?.into_iter();
-        let drawn: Vec<Option<Mask>> = needed
+        let mut drawn: Vec<Option<Mask>> = needed
             .iter()
             .map(|needed| needed.then(|| drawn.next()).flatten())
             .collect();
-        let (of_photographs, of_others) = drawn.split_at(seen.len());
+        let of_others = drawn.split_off(seen.len());
         let own = (cameras.iter().zip(&seen)).map(|(camera, (loops, _))| covered(loops, camera));
         let others = (cameras.iter().skip(seen.len()).zip(of_others)).map(|(camera, drawn)| {
             let empty = || Mask::new(camera.width_px, camera.height_px);
-            drawn.clone().unwrap_or_else(empty)
+            drawn.unwrap_or_else(empty)
         });
         Ok(Self {
             masks: own.chain(others).collect(),
             cameras,
             seen,
             needed,
-            drawn: of_photographs.to_vec(),
+            drawn,
             unused,
         })
     }
@@ -131,9 +131,10 @@ impl Captured {
         }
     }
 
-    /// Whether the views make a polytope from which all of a model with these bounds can be looked at.
-    pub(crate) fn is_polytope(&self, bounds: &Bounds) -> bool {
-        let eyes: Vec<DVec3> = self.cameras.iter().map(|c| c.eye).collect();
+    /// Whether the views that are marked make a polytope from which all of a model with these bounds can be looked at.
+    pub(crate) fn is_polytope(&self, is_kept: &[bool], bounds: &Bounds) -> bool {
+        let kept = self.cameras.iter().zip(is_kept).filter(|(_, kept)| **kept);
+        let eyes: Vec<DVec3> = kept.map(|(camera, _)| camera.eye).collect();
         let radius = reaching(bounds, self.cameras.first().map_or(0, |c| c.width_px));
         let arm = |v: u32| eyes[v as usize] - bounds.center;
         triangulate_view_sphere(bounds.center, &eyes)

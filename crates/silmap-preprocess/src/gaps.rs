@@ -17,6 +17,7 @@ use silmap_map::{Detail, Interpolation, MapReader, Method};
 use crate::build_error::BuildError;
 use crate::build_params::BuildParams;
 use crate::captured::Captured;
+use crate::seen::middle;
 
 /// What is between photographs that are far from each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +70,7 @@ fn views_around_gaps(all: &Captured, bounds: &Bounds) -> Vec<bool> {
     };
     let of_photographs = photographs.iter().map(|_| true);
     let found: Vec<bool> = of_photographs.chain(added.iter().map(is_far)).collect();
-    match all.subset(&found).is_polytope(bounds) {
+    match all.is_polytope(&found, bounds) {
         true => found,
         false => vec![true; all.cameras.len()],
     }
@@ -91,11 +92,9 @@ fn needed_views(
     }
     let (photographs, bridge) = (all.seen.len(), all.subset(&needed));
     let differ = |a: &Mask, b: &Mask| a.count_different(b) as f64 / b.count().max(1) as f64;
-    let mut noise: Vec<f64> = (all.masks.iter().zip(&all.drawn))
-        .filter_map(|(own, drawn)| Some(differ(own, drawn.as_ref()?)))
-        .collect();
-    noise.sort_by(f64::total_cmp);
-    let usual = noise.get(noise.len() / 2).copied().unwrap_or(0.0);
+    let noise = (all.masks.iter().zip(&all.drawn))
+        .filter_map(|(own, drawn)| Some(differ(own, drawn.as_ref()?)));
+    let usual = middle(noise).unwrap_or(0.0);
     let most = (USUAL_TIMES * usual).max(LEAST_REL);
 
     let map = bridge.map(model, &Bvh::new(model.mesh()), params, &watch.quiet())?;
@@ -128,7 +127,7 @@ fn needed_views(
         .collect::<Result<_, BuildError>>()?;
     needed.truncate(photographs);
     needed.extend(wanted);
-    match all.subset(&needed).is_polytope(model.bounds()) {
+    match all.is_polytope(&needed, model.bounds()) {
         true => Ok(needed),
         false => Ok(vec![true; all.cameras.len()]),
     }
@@ -166,7 +165,7 @@ mod tests {
         let watch = Watch::silent();
         let which: (Gaps, &dyn Fn(&Camera) -> bool) = (gaps, &|_| true);
         let found = capture_around(&model, &photographs, &params, which, &watch).unwrap();
-        assert!(found.is_polytope(&bounds));
+        assert!(found.is_polytope(&vec![true; found.cameras.len()], &bounds));
         let height = |c: &Camera| (c.eye - bounds.center).normalize_or_zero().y;
         let near_the_ring = |c: &&Camera| (height(c) - 0.2).abs() < 0.1;
         found.cameras.iter().filter(near_the_ring).count()

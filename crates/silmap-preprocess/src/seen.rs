@@ -71,7 +71,7 @@ pub fn viewpoints(
     let radius = reaching(bounds, resolution_px);
     while !used.is_empty() {
         let mut arms: Vec<DVec3> = used.iter().map(|&k| arm(k)).collect();
-        let usual = middle(arms.iter().map(|a| a.length()));
+        let usual = middle(arms.iter().map(|a| a.length())).unwrap_or(1.0);
         arms.extend(closing(&arms, count).into_iter().map(|d| d * usual));
         let eyes: Vec<DVec3> = arms.iter().map(|a| bounds.center + *a).collect();
         let triangles = triangulate_view_sphere(bounds.center, &eyes).unwrap_or_default();
@@ -122,7 +122,7 @@ fn closing(arms: &[DVec3], count: u32) -> Vec<DVec3> {
             .map(|j| angle(directions[k], directions[j]))
             .fold(std::f64::consts::PI, f64::min)
     };
-    let between = middle((0..directions.len()).map(nearest));
+    let between = middle((0..directions.len()).map(nearest)).unwrap_or(1.0);
     let spacing = (4.0 * std::f64::consts::PI / f64::from(count.max(1))).sqrt();
     let free = (FREE_AROUND * between).min(MOST_FREE_RAD).max(spacing);
     let mut found = spiral_directions(count);
@@ -130,11 +130,11 @@ fn closing(arms: &[DVec3], count: u32) -> Vec<DVec3> {
     found
 }
 
-/// The number in the middle; 1 of none.
-fn middle(values: impl Iterator<Item = f64>) -> f64 {
+/// The number in the middle.
+pub(crate) fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(1.0)
+    sorted.get(sorted.len() / 2).copied()
 }
 
 fn is_in_front(seen: &SeenSilhouette, bounds: &Bounds) -> bool {

@@ -54,8 +54,8 @@ pub(crate) struct CarveArgs {
     /// With `--check` or without; it is written as soon as the hull is carved
     #[arg(long, help_heading = "Captures", value_name = "PAGE.html", conflicts_with_all = ["from", "manifest"])]
     pub(crate) page: Option<PathBuf>,
-    /// Write the carved hull itself as a mesh (.ply, .obj, .off, .stl or .glb), in the frame of the cameras and coloured by the photographs:
-    /// `report`, `evaluate`, `hull` and `simplify` take it as they take other meshes. With `--check` or without
+    /// Write the carved hull itself as a mesh (.ply, .obj, .off, .stl or .glb), in the frame of the cameras: `report`, `evaluate`, `hull`
+    /// and `simplify` take it as they take other meshes. Coloured by the photographs; with `--check` without colours
     #[arg(long, help_heading = "Captures", value_name = "MESH", conflicts_with_all = ["from", "manifest"])]
     pub(crate) carved: Option<PathBuf>,
 }

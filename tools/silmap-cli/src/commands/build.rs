@@ -184,7 +184,7 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let mut carved = silmap_capture::is_capture(model_path)
         .then(|| CarvedCapture::of(model_path, &args.carving, texture_px))
         .transpose()?;
-    if let Some(carved) = &carved {
+    if let Some(carved) = &mut carved {
         carved.write_mesh()?;
         capture_page::write(carved)?;
     }
@@ -412,7 +412,6 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
     let (captured, kept) = (&args.capture, &args.map);
     let coverage = CoverageRule::from(captured.coverage);
     let default_tolerance = SimplifyContourParams::for_coverage(coverage).tolerance_px;
-    let usual = BuildParams::default();
     let mut params = BuildParams {
         load: load_options(args.mending),
         views: captured.views,
@@ -425,7 +424,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
         tolerance_px: captured.tolerance.unwrap_or(default_tolerance),
         keep_cavities: args.parts.keep_cavities,
         textures: (&args.textures).into(),
-        ..usual
+        ..BuildParams::default()
     };
     params.map.keep = kept.keep.unwrap_or(params.map.keep).min(captured.views);
     params.map.max_error = kept.max_error.map(|share| share.0);

@@ -68,7 +68,7 @@ struct HullJson {
 /// One sentence with the file's name.
 pub(crate) fn check(path: &Path, args: &CarveArgs, is_json: bool) -> anyhow::Result<()> {
     let started = Instant::now();
-    let found = CarvedCapture::of(path, args, 0)?;
+    let mut found = CarvedCapture::of(path, args, 0)?;
     found.write_mesh()?;
     capture_page::write(&found)?;
     let (capture, carved) = (&found.capture, &found.carved);

@@ -174,19 +174,17 @@ impl CarvedCapture {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub(crate) fn write_mesh(&self) -> anyhow::Result<()> {
+    pub(crate) fn write_mesh(&mut self) -> anyhow::Result<()> {
         let Some((path, file)) = &self.mesh_file else {
             return Ok(());
         };
         let mesh = &self.carved.mesh;
         let files = encode_painted(path, mesh.mesh(), mesh.origin())?;
+        // Nothing is beside it: its colours are those of vertices.
         file.write(&files.bytes)?;
-        let left_out = files
-            .left_out
-            .iter()
-            .map(|what| format!("{what} are left out: the format has none"));
-        for warning in left_out.chain(files.rounding.iter().map(ToString::to_string)) {
+        for warning in files.warnings() {
             output::warn(&format!("{}: {warning}", path.display()));
+            self.warnings.push(warning);
         }
         Ok(())
     }

@@ -85,8 +85,8 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
         staging.add(&beside, bytes)?;
     }
     staging.add(&file, &files.bytes)?;
-    let mut warnings = warnings_about(args, simple.faces.len(), stretched, &files.left_out);
-    warnings.extend(files.rounding.iter().map(ToString::to_string));
+    let mut warnings = warnings_about(args, simple.faces.len(), stretched);
+    warnings.extend(files.warnings());
     let error = |mesh| error_of(mesh, model.mesh(), &cameras).with_context(named);
     let result = SimplifyJson {
         out: &args.mesh.out,
@@ -119,12 +119,7 @@ pub(crate) fn run(args: &SimplifyArgs) -> anyhow::Result<()> {
 }
 
 /// What the user should know about the mesh that was written.
-fn warnings_about(
-    args: &SimplifyArgs,
-    faces: usize,
-    stretched: u32,
-    left_out: &[&str],
-) -> Vec<String> {
+fn warnings_about(args: &SimplifyArgs, faces: usize, stretched: u32) -> Vec<String> {
     let mut warnings = Vec::new();
     if faces > args.faces as usize {
         warnings.push(format!(
@@ -135,15 +130,6 @@ fn warnings_about(
     if stretched > 0 {
         warnings.push(format!(
             "seams of the texture or of colours had to be moved {stretched} times to get so coarse: they are stretched there"
-        ));
-    }
-    if let [rest @ .., last] = left_out {
-        let list = match rest {
-            [] => (*last).to_owned(),
-            _ => format!("{} and {last}", rest.join(", ")),
-        };
-        warnings.push(format!(
-            "{list} left out: this kind of file has no place for them (.glb has)"
         ));
     }
     warnings
