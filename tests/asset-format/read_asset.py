@@ -207,7 +207,7 @@ def checked_extension(document):
     extension = document.json.get("extensions", {}).get(NAME)
     require(extension, "it has no silhouette map")
     version = extension.get("formatVersion")
-    require(version in (1, 2), f"its format version is {version}")
+    require(version in (1, 2, 3), f"its format version is {version}")
     if version == 1:
         key = b'"checksum":"'
         digits = 20 + document.json_text.index(key) + len(key)
@@ -297,6 +297,18 @@ def read_levels(data, views):
     require(not any(bits) and len(data) == 1 + (used + 7) // 8, "bits are left after the levels of detail")
 
 
+def read_parts(data, views):
+    part = Part(data, "parts of contours")
+    require(part.u8() == 1, "its parts of contours have another coding")
+    for view in views:
+        number = 0
+        for contour in view["contours"]:
+            number += part.uint(256)
+            require(number < 256, "a contour is of no part that there can be")
+            contour["part"] = number
+    part.end()
+
+
 def read_hull(document, extension):
     """Positions and surface points of hull vertices, faces of them, and the texture coordinates of corners."""
     hull = extension["hull"]
@@ -366,6 +378,8 @@ def read(file):
     views, triangles = read_silhouettes(document.view(header["silhouettesView"]), header)
     if "levelsView" in header:
         read_levels(document.view(header["levelsView"]), views)
+    if extension["formatVersion"] == 3:
+        read_parts(document.view(header["partsView"]), views)
     hull = read_hull(document, extension)
     cameras, visible = read_cameras(document.view(textures["camerasView"]), len(textures["images"]), len(hull["faces"]))
     curves = {name: read_curve(document.view(build[key])) for name, key in
@@ -409,7 +423,7 @@ def outline(asset, number, level):
     require(number < len(asset["views"]), f"there are {len(asset['views'])} views")
     view = asset["views"][number]
     kept = [[p for p, own in zip(c["points"], c["levels"] or [COARSEST_LEVEL] * len(c["points"])) if own >= level] for c in view["contours"]]
-    return {"camera": view["camera"], "loops": kept}
+    return {"camera": view["camera"], "loops": kept, "parts": [c.get("part", 0) for c in view["contours"]]}
 
 
 def main():

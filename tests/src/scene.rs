@@ -240,7 +240,7 @@ fn map(mesh: &TriangleMesh, bounds: &Bounds) -> SilhouetteMap {
                 .map(|points| ViewContour {
                     points,
                     depths: Vec::new(),
-                    levels: Vec::new(),
+                    ..ViewContour::default()
                 })
                 .collect(),
             photographed: None,

@@ -60,6 +60,7 @@ fn wobbly_contour(view: usize, distance: f64) -> ViewContour {
     let steps = |value: f64, per_unit: f64| (value * per_unit).round() / per_unit;
     let angles = (0..CONTOUR_VERTICES).map(|k| TAU * f64::from(k) / f64::from(CONTOUR_VERTICES));
     ViewContour {
+        part: 0,
         points: angles
             .clone()
             .map(|a| {

@@ -267,8 +267,7 @@ fn steps(c: &mut Criterion) {
             growth.measure(*n, || {
                 step += 1;
                 let alpha = 0.1 + 0.8 * (f64::from(step) * 0.618).fract();
-                let silhouettes = &mut pair.silhouettes;
-                interpolator.interpolate(silhouettes, black_box(alpha), method, &mut seen);
+                interpolator.interpolate(pair.parts_mut(), black_box(alpha), method, &mut seen);
                 assert!(!seen.is_empty(), "there is an outline");
             });
         }

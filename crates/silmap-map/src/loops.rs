@@ -3,11 +3,16 @@
 use glam::{DVec2, DVec3, DVec4, Vec3Swizzles, Vec4Swizzles};
 use silmap_geometry::Loop;
 
-/// Closed loops of some kind of point, one after the other: loop i ends before `ends[i]`.
+/// Closed loops of some kind of point, one after the other: loop i ends before `ends[i]`. Each bounds something of one part of the model;
+/// parts may lie before each other, so that their loops overlap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops<P> {
     points: Vec<P>,
     ends: Vec<u32>,
+    /// The part that each loop is of.
+    parts: Vec<u16>,
+    /// The part that loops are of from here on.
+    part: u16,
 }
 
 /// Loops in a plane.
@@ -50,6 +55,8 @@ impl<P> Default for Loops<P> {
         Self {
             points: Vec::new(),
             ends: Vec::new(),
+            parts: Vec::new(),
+            part: 0,
         }
     }
 }
@@ -59,6 +66,13 @@ impl<P: Copy> Loops<P> {
     pub fn clear(&mut self) {
         self.points.clear();
         self.ends.clear();
+        self.parts.clear();
+        self.part = 0;
+    }
+
+    /// Loops that end from here on are of this part, until everything is removed.
+    pub fn set_part(&mut self, part: u16) {
+        self.part = part;
     }
 
     /// Appends a point to the loop being written.
@@ -73,6 +87,7 @@ impl<P: Copy> Loops<P> {
             self.points.truncate(start);
         } else {
             self.ends.push(self.points.len() as u32);
+            self.parts.push(self.part);
         }
     }
 
@@ -102,6 +117,17 @@ impl<P: Copy> Loops<P> {
         starts
             .zip(&self.ends)
             .map(|(start, &end)| &self.points[start as usize..end as usize])
+    }
+
+    /// All loops, in order, each with the part that it is of.
+    pub fn of_parts(&self) -> impl Iterator<Item = (u16, &[P])> + '_ {
+        self.parts.iter().copied().zip(self.iter())
+    }
+
+    /// Whether loops are of more than one part, so that they may overlap.
+    #[must_use]
+    pub fn may_overlap(&self) -> bool {
+        self.parts.windows(2).any(|w| w[0] != w[1])
     }
 
     /// Whether there is no loop.
@@ -136,6 +162,7 @@ impl SeenLoops {
         output.clear();
         output.points.extend(self.points.iter().map(|p| p.xy()));
         output.ends.extend_from_slice(&self.ends);
+        output.parts.extend_from_slice(&self.parts);
     }
 }
 

@@ -12,6 +12,7 @@ use crate::interpolation::Transfer;
 use crate::loops::{DeepLoops, SeenLoops};
 use crate::project::{Projection, Round, project_loops};
 use crate::sweep::intersection::RegionIntersection;
+use crate::sweep::union::PartUnion;
 use crate::tidy::PieceCounts;
 
 /// Regions that all hold the outline: one for each order of the triangle's views, or one.
@@ -42,6 +43,9 @@ pub(crate) struct PolytopeRegion {
     /// Whether that is a rotation.
     pub(crate) is_frame: bool,
 }
+
+/// Slits and hairs of a picture between parts are left out where they are narrower than this: contours are not that precise.
+const HAIR_PX: f64 = 0.5;
 
 /// An eye closer than this to the polytope's point, in radii of the bounding sphere, is there.
 const ON_POLYTOPE: f64 = 1e-9;
@@ -97,8 +101,8 @@ impl PolytopeOutline {
             push(matrix.x_axis, f64::from(u8::from(region.is_frame)));
             push(matrix.y_axis, region.loops.iter().count() as f64);
             push(matrix.z_axis, 0.0);
-            for points in region.loops.iter() {
-                push(DVec3::ZERO, points.len() as f64);
+            for (part, points) in region.loops.of_parts() {
+                push(DVec3::X * f64::from(part), points.len() as f64);
                 points.iter().for_each(|p| push(p.truncate(), p.w));
             }
         }
@@ -125,7 +129,9 @@ impl PolytopeOutline {
             region.is_frame = axes[0].w != 0.0;
             region.loops.clear();
             for _ in 0..axes[1].w as usize {
-                for _ in 0..rows.next()?.w as usize {
+                let head = rows.next()?;
+                region.loops.set_part(head.x as u16);
+                for _ in 0..head.w as usize {
                     region.loops.push(rows.next()?);
                 }
                 region.loops.close();
@@ -139,6 +145,8 @@ impl PolytopeOutline {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OutlineCarrier {
     regions: [SeenLoops; MOST_REGIONS],
+    union: PartUnion,
+    united: SeenLoops,
     intersection: RegionIntersection,
     shared: SeenLoops,
 }
@@ -155,6 +163,12 @@ impl OutlineCarrier {
         let count = self.carry_regions(outline, map, camera, transfer).len();
         if count == 0 {
             self.regions[0].clear();
+        }
+        for region in &mut self.regions[..count] {
+            if region.may_overlap() {
+                self.union.unite(region, HAIR_PX, &mut self.united);
+                std::mem::swap(region, &mut self.united);
+            }
         }
         if count <= 1 {
             return &self.regions[0];

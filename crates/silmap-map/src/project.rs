@@ -110,7 +110,8 @@ impl Round {
 pub(crate) fn project_loops(loops: &DeepLoops, to: &Projection, output: &mut SeenLoops) {
     output.clear();
     let depth_share = if to.keeps_depth { 1.0 } else { 0.0 };
-    for points in loops.iter() {
+    for (part, points) in loops.of_parts() {
+        output.set_part(part);
         let n = points.len();
         let image = |k: usize| {
             let p = points[k];

@@ -14,6 +14,9 @@ pub struct ViewContour {
     /// Per vertex: the coarsest level of detail that has it, at most [`Self::COARSEST_LEVEL`], which at least three vertices
     /// have. Empty when the contour is always drawn whole.
     pub levels: Vec<u8>,
+    /// The part of the model whose outline this is. Contours of one part do not overlap; those of several parts may, and what any of
+    /// them holds is inside.
+    pub part: u16,
 }
 
 /// A viewpoint with the silhouette seen from it.
@@ -65,6 +68,9 @@ pub struct BoundingSphere {
 }
 
 impl SilhouetteMap {
+    /// So many parts a map can have at most.
+    pub const MOST_PARTS: u16 = 256;
+
     /// The sphere that holds the model.
     #[must_use]
     pub fn bounding_sphere(&self) -> BoundingSphere {
@@ -78,6 +84,13 @@ impl SilhouetteMap {
     #[must_use]
     pub fn eye(&self, view: u32) -> DVec3 {
         self.views[view as usize].camera.eye
+    }
+
+    /// How many parts of the model have outlines of their own.
+    #[must_use]
+    pub fn part_count(&self) -> usize {
+        let parts = self.views.iter().flat_map(|v| &v.contours);
+        parts.map(|c| usize::from(c.part) + 1).max().unwrap_or(0)
     }
 
     /// Whether every contour vertex has a depth.
@@ -114,6 +127,22 @@ impl SilhouetteMap {
             whole += angle;
         }
         (whole > 0.0).then(|| covered / whole)
+    }
+
+    /// The most contour vertices that any view has of each part.
+    pub(crate) fn part_vertex_counts(&self) -> Vec<usize> {
+        let mut most = vec![0; self.part_count()];
+        let mut of_view = most.clone();
+        for view in &self.views {
+            of_view.fill(0);
+            for contour in &view.contours {
+                of_view[usize::from(contour.part)] += contour.points.len();
+            }
+            for (most, n) in most.iter_mut().zip(&of_view) {
+                *most = (*most).max(*n);
+            }
+        }
+        most
     }
 
     /// Contour vertices of each view.

@@ -186,12 +186,8 @@ impl TriangleInterpolator {
             .assign([on_edge, captured], &between.rectify_params(TURN_TANGENT))
             .ok_or((i, last))?;
         let towards = between.weights[last];
-        self.linear.interpolate(
-            &mut self.inner_pair.silhouettes,
-            towards,
-            between.method,
-            output,
-        );
+        self.linear
+            .interpolate(self.inner_pair.parts_mut(), towards, between.method, output);
         Ok(object_from_epipolar(&frame))
     }
 
@@ -224,12 +220,8 @@ impl TriangleInterpolator {
             .ok_or((i, j))?;
         let (w_i, w_j) = (between.weights[i], between.weights[j]);
         let alpha = w_j / (w_i + w_j);
-        self.linear.interpolate(
-            &mut self.inner_pair.silhouettes,
-            alpha,
-            between.method,
-            output,
-        );
+        self.linear
+            .interpolate(self.inner_pair.parts_mut(), alpha, between.method, output);
         Ok(object_from_epipolar(&frame))
     }
 
@@ -251,7 +243,7 @@ impl TriangleInterpolator {
         let pair = (self.edges.pair(between.map, views, between.level)).ok_or((from, to))?;
         let frame = *pair.frame().ok_or((from, to))?;
         self.linear.interpolate(
-            &mut pair.silhouettes,
+            pair.parts_mut(),
             alpha,
             between.method,
             &mut self.on_edges[n],

@@ -5,6 +5,7 @@ use silmap_hull::{HullParams, Tightening};
 use silmap_mesh_io::LoadOptions;
 
 use crate::capture::CaptureParams;
+use crate::parts::PartParams;
 use crate::simplify_contour::SimplifyContourParams;
 use crate::simplify_map::SimplifyMapParams;
 use crate::texture::TextureParams;
@@ -25,6 +26,8 @@ pub struct BuildParams {
     pub capture: CaptureParams,
     /// How far a contour may move when it is simplified, pixels.
     pub tolerance_px: f64,
+    /// The parts that silhouettes are interpolated by.
+    pub parts: PartParams,
     /// Which views are kept.
     pub map: SimplifyMapParams,
     /// Whether parts that no eye outside can see are captured and enclosed like the others, rather than left out.
@@ -46,6 +49,7 @@ impl Default for BuildParams {
             resolution_px: 512,
             capture: CaptureParams::default(),
             tolerance_px: SimplifyContourParams::default().tolerance_px,
+            parts: PartParams::default(),
             map: SimplifyMapParams::default(),
             keep_cavities: false,
             hull: HullParams::default(),

@@ -14,6 +14,7 @@ use crate::build_error::BuildError;
 use crate::build_params::BuildParams;
 use crate::capture::{capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapParams, triangulate_view_sphere};
+use crate::part_outlines::PartOutlines;
 use crate::progress::{self, Unused};
 use crate::seen::{Viewpoints, covered, outline_in, reaching, viewpoints};
 use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
@@ -178,6 +179,15 @@ impl Captured {
             outward_only: params.capture.coverage == CoverageRule::Any,
         };
         let is_of_photographs = !self.seen.is_empty();
+        let of_parts = if is_of_photographs {
+            None
+        } else {
+            Some(PartOutlines::new(
+                model,
+                (&self.cameras, &self.masks),
+                params,
+            ))
+        };
         watch.start(progress::CONTOURS, self.cameras.len() as u64);
         let views = (self.cameras.par_iter().zip(&self.masks).enumerate())
             .map(|(view, (&camera, mask))| {
@@ -187,6 +197,18 @@ impl Captured {
                         camera,
                         contours: Vec::new(),
                         photographed: Some(0.0),
+                    });
+                }
+                if let Some(of_parts) = &of_parts {
+                    let contours = of_parts.contours(view, &camera)?;
+                    if contours.is_empty() {
+                        return Err(BuildError::NothingSeen { view: view as u32 });
+                    }
+                    watch.advance(progress::CONTOURS, 1);
+                    return Ok(CapturedView {
+                        camera,
+                        contours,
+                        photographed: None,
                     });
                 }
                 let (loops, photographed) = match self.seen.get(view) {

@@ -7,6 +7,8 @@ mod captured;
 pub mod dense_map;
 pub mod fewer_views;
 mod gaps;
+mod part_outlines;
+pub mod parts;
 pub mod pipeline;
 pub mod progress;
 pub mod recipe;

@@ -18,6 +18,7 @@
 
 mod fit;
 mod grid;
+mod hidden;
 mod levels;
 mod moments;
 mod outline;
@@ -27,6 +28,7 @@ mod tests;
 
 use silmap_geometry::{CostQueue, CoverageRule, Loop};
 
+pub(crate) use hidden::thin_hidden;
 pub use levels::add_levels;
 use outline::{Proposal, SimplifiedLoops};
 

@@ -12,7 +12,10 @@ use super::placement::PlainNode;
 pub const EXTENSION_NAME: &str = "SILMAP_silhouette_map";
 
 /// The version of the extension that this program writes; it reads this one and those before.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
+
+/// The version of files whose contours are all of one part, for programs that know no other.
+pub(super) const ONE_PART_VERSION: u32 = 2;
 
 /// The version whose checksum is over the whole file and whose hull is the document's first mesh.
 pub(super) const WHOLE_FILE_VERSION: u32 = 1;
@@ -97,6 +100,8 @@ pub(super) struct MapPart {
     pub(super) silhouettes_view: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) levels_view: Option<usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) parts_view: Option<usize>,
     /// Per view: the share of its outline that a photograph shows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) photographed: Option<Vec<f64>>,

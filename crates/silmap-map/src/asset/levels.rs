@@ -153,6 +153,7 @@ mod tests {
     fn map(levels: Vec<u8>) -> SilhouetteMap {
         let camera = Camera::fit_sphere(DVec3::Z * 3.0, DVec3::ZERO, 1.0, None, (64, 64)).unwrap();
         let contour = ViewContour {
+            part: 0,
             points: (0..9)
                 .map(|k| DVec2::new(k.into(), f64::from(k * k)))
                 .collect(),

@@ -19,6 +19,7 @@ mod nodes;
 mod order;
 mod packing;
 mod paint;
+mod parts;
 mod pictures;
 mod placement;
 mod read;
@@ -313,6 +314,22 @@ pub enum AssetError {
         "its levels of detail have coding {found}, this program reads coding {known}: update it or build again"
     )]
     LevelCoding {
+        /// Coding in the file.
+        found: u8,
+        /// Coding of this program.
+        known: u8,
+    },
+    /// A view's contours are not in the order of their parts, or there are too many parts.
+    #[error("it is damaged: the contours of view {view} are of no parts that there can be")]
+    PartOrder {
+        /// Index of the view.
+        view: usize,
+    },
+    /// The parts of contours were written by a later version of this program.
+    #[error(
+        "its parts of contours have coding {found}, this program reads coding {known}: update it or build again"
+    )]
+    PartCoding {
         /// Coding in the file.
         found: u8,
         /// Coding of this program.

@@ -8,7 +8,8 @@ use serde_json::{Map, Value};
 
 use super::contents::{Beside, Buffers, Data};
 use super::document::{
-    EXTENSION_NAME, Extension, FORMAT_VERSION, PlainDocument, TRACE, WHOLE_FILE_VERSION,
+    EXTENSION_NAME, Extension, FORMAT_VERSION, ONE_PART_VERSION, PlainDocument, TRACE,
+    WHOLE_FILE_VERSION,
 };
 use super::hull_mesh::{self, HullArrays};
 use super::pictures::{check_atlas_picture, check_picture};
@@ -18,7 +19,7 @@ use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
     TextureView,
 };
-use super::{container, levels, order, paint, placement, silhouettes};
+use super::{container, levels, order, paint, parts, placement, silhouettes};
 
 /// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
 ///
@@ -61,7 +62,9 @@ pub fn sizes_with(file: &[u8], beside: Beside<'_>) -> Result<AssetSizes, AssetEr
         ..
     } = &contents.extension;
     let levels = data.view_if_there(map.levels_view)?;
-    let map = data.view(map.silhouettes_view)?.len() + levels.map_or(0, <[u8]>::len);
+    let parts = data.view_if_there(map.parts_view)?;
+    let beside = [levels, parts].into_iter().flatten().map(<[u8]>::len);
+    let map = data.view(map.silhouettes_view)?.len() + beside.sum::<usize>();
     let atlas = textures.atlas.as_ref();
     let atlas = atlas.into_iter().flat_map(|a| [Some(a.image), a.normals]);
     let mut paint = data.view(textures.cameras_view)?.len();
@@ -226,6 +229,11 @@ impl<'a> Contents<'a> {
                 reason: "the silhouette map does not say where its hull is".into(),
             });
         }
+        if version > ONE_PART_VERSION && extension.map.parts_view.is_none() {
+            return Err(AssetError::Document {
+                reason: "the silhouette map does not say what parts its contours are of".into(),
+            });
+        }
         Ok(Self {
             document,
             extension,
@@ -289,10 +297,14 @@ impl<'a> Contents<'a> {
             tolerance_px: map.tolerance,
             coverage: map.coverage.into(),
         };
-        let (levels_view, photographed) = (map.levels_view, map.photographed.as_deref());
+        let (levels_view, parts_view) = (map.levels_view, map.parts_view);
+        let photographed = map.photographed.as_deref();
         let mut map = silhouettes::decode(&header, self.data().view(map.silhouettes_view)?)?;
         if let Some(bytes) = self.data().view_if_there(levels_view)? {
             levels::decode(bytes, &mut map)?;
+        }
+        if let Some(bytes) = self.data().view_if_there(parts_view)? {
+            parts::decode(bytes, &mut map)?;
         }
         if let Some(shares) = photographed {
             silhouettes::set_photographed(&mut map, shares)?;

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CoverageRule};
 
 use super::packing::{Decoder, Encoder};
-use super::{Asset, AssetError, levels};
+use super::{Asset, AssetError, levels, parts};
 use crate::{CapturedView, SilhouetteMap, ViewContour};
 
 /// Contour points are rounded to this fraction of a pixel, so each moves by at most 1/32 pixel along x and y.
@@ -176,6 +176,9 @@ pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
     let mut map = decode(&MapHeader::of(&asset.map), &encode(&asset.map)?)?;
     if let Some(bytes) = levels::encode(&asset.map)? {
         levels::decode(&bytes, &mut map)?;
+    }
+    if let Some(bytes) = parts::encode(&asset.map)? {
+        parts::decode(&bytes, &mut map)?;
     }
     if let Some(shares) = photographed(&asset.map)? {
         set_photographed(&mut map, &shares)?;

@@ -129,6 +129,7 @@ fn small_asset() -> Asset {
         Camera::fit_sphere(DVec3::new(x, 1.0, 2.5), DVec3::ZERO, 1.0, None, (512, 512)).unwrap()
     };
     let contour = ViewContour {
+        part: 0,
         points: vec![
             DVec2::new(10.0, 10.0),
             DVec2::new(400.0, 20.0),
@@ -243,7 +244,10 @@ fn refusals_name_their_reason() {
     newer[at] = b'7';
     assert_eq!(
         read(&newer),
-        Err(AssetError::UnknownVersion { found: 7, known: 2 })
+        Err(AssetError::UnknownVersion {
+            found: 7,
+            known: FORMAT_VERSION
+        })
     );
 
     let mut damaged = file;

@@ -5,10 +5,12 @@ use glam::DVec3;
 use super::container::{self, CHECKSUM_BLANK};
 use super::document::{
     AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
-    TexturePart,
+    ONE_PART_VERSION, TexturePart,
 };
 use super::pictures::{check_atlas_picture, check_picture};
-use super::{Asset, AssetError, hull_mesh, levels, order, paint, read, references, silhouettes};
+use super::{
+    Asset, AssetError, hull_mesh, levels, order, paint, parts, read, references, silhouettes,
+};
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
 ///
@@ -61,7 +63,11 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
     }
     let buffers = &mut document.buffers;
     let mut extension = Extension {
-        format_version: FORMAT_VERSION,
+        format_version: if map.part_count() > 1 {
+            FORMAT_VERSION
+        } else {
+            ONE_PART_VERSION
+        },
         checksum: CHECKSUM_BLANK.into(),
         data_bytes: 0,
         model: ModelPart {
@@ -97,6 +103,7 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             coverage: map.coverage.into(),
             silhouettes_view: buffers.push(&silhouettes::encode(map)?),
             levels_view: levels::encode(map)?.map(|bytes| buffers.push(&bytes)),
+            parts_view: parts::encode(map)?.map(|bytes| buffers.push(&bytes)),
             photographed: silhouettes::photographed(map)?,
         },
         hull: HullPart {

@@ -256,7 +256,7 @@ mod tests {
         let contour = crate::ViewContour {
             points,
             depths,
-            levels: Vec::new(),
+            ..crate::ViewContour::default()
         };
         let view = CapturedView {
             camera,

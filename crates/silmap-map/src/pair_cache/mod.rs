@@ -29,6 +29,8 @@ const LEAST_EDGES_KEPT: usize = 3;
 pub(crate) struct PairCache {
     edges: Vec<CachedPair>,
     captured: [DeepLoops; 2],
+    /// The most contour vertices that a view has of each part.
+    most_vertices: Vec<usize>,
     clock: u64,
 }
 
@@ -62,8 +64,11 @@ impl PairCache {
 
     /// Rectifies a pair in the place of the one that was used longest ago; returns that place.
     fn prepare(&mut self, map: &SilhouetteMap, views: [u32; 2], level: u8) -> usize {
+        if self.most_vertices.is_empty() {
+            self.most_vertices = map.part_vertex_counts();
+        }
         // Places take turns: what one of them needed once another will need.
-        let rooms = self.edges.iter().map(|edge| edge.pair.silhouettes.room());
+        let rooms = self.edges.iter().map(|edge| edge.pair.room());
         let room = rooms.fold(Room::default(), Room::max);
         let kept = kept_of(room);
         if self.edges.len() > kept {
@@ -83,8 +88,7 @@ impl PairCache {
         let edge = &mut self.edges[at];
         (edge.views, edge.level) = (views, level);
         // Capacity for the largest contours at once, so that places need not grow as other edges come.
-        let most = map.contour_vertex_counts().max().unwrap_or(0);
-        edge.pair.silhouettes.make_room(most, room);
+        edge.pair.make_room(&self.most_vertices, room);
         // A pair that cannot be rectified is kept without a frame.
         let _ = (edge.pair).assign_views(map, views, level, &mut self.captured);
         at

@@ -7,7 +7,9 @@ use glam::{DMat3, DVec3};
 use crate::epipolar::{EpipolarFrame, MIN_FORWARD_COSINE, object_from_image, project};
 use crate::loops::DeepLoops;
 use crate::rule::prepared_pair::PreparedPair;
+use crate::rule::span_pairs::Room;
 use crate::rule::visual_hull::SphereParallax;
+use crate::sweep::monotone_chain::MonotoneChains;
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// Turns of a contour by less height than this are levelled: a third of a pixel of a 512² capture, less than contours are
@@ -19,7 +21,7 @@ pub(crate) const TURN_TANGENT: f64 = 5e-4;
 pub(crate) struct ViewedSilhouette<'a> {
     /// Viewpoint, object space.
     pub eye: DVec3,
-    /// The silhouette's loops, even-odd, with inverse depths: those of points at (ray / inverse depth) from the eye.
+    /// The silhouette's loops, even-odd in each part, with inverse depths: those of points at (ray / inverse depth) from the eye.
     pub loops: &'a DeepLoops,
     /// From coordinates of the loops (with a 1 appended) to rays from `eye`.
     pub object_from_loops: DMat3,
@@ -39,8 +41,10 @@ pub(crate) struct RectifyParams {
 /// A pair of silhouettes in a shared frame.
 #[derive(Clone, Debug, Default)]
 pub struct RectifiedPair {
-    /// The silhouettes in that frame.
-    pub silhouettes: PreparedPair,
+    /// The silhouettes of each part in that frame.
+    parts: Vec<PreparedPair>,
+    /// How many parts there are.
+    part_count: usize,
     frame: Option<EpipolarFrame>,
 }
 
@@ -56,10 +60,16 @@ impl RectifiedPair {
         let [one, two] = views.map(|view| view.eye);
         let frame = EpipolarFrame::new(one, two, center)?;
         let baseline = one.distance(two);
-        for (view, chains) in views.iter().zip(self.silhouettes.chains_mut()) {
+        let parallax = SphereParallax {
+            baseline,
+            center_depth: (center - (one + two) * 0.5).dot(frame.f),
+            radius: params.radius,
+        };
+        self.part_count = 0;
+        for (k, view) in views.iter().enumerate() {
             let matrix = frame.epipolar_from_object() * view.object_from_loops;
-            chains.clear();
-            for points in view.loops.iter() {
+            for (part, points) in view.loops.of_parts() {
+                let chains = &mut self.part(part.into(), parallax).chains_mut()[k];
                 for &p in points {
                     let ray = matrix * DVec3::new(p.x, p.y, 1.0);
                     let q = project(in_front(ray))?;
@@ -67,15 +77,47 @@ impl RectifiedPair {
                 }
                 chains.close(params.turn_tangent);
             }
-            chains.seal();
         }
-        self.silhouettes.set_parallax(SphereParallax {
-            baseline,
-            center_depth: (center - (one + two) * 0.5).dot(frame.f),
-            radius: params.radius,
-        });
+        for part in &mut self.parts[..self.part_count] {
+            part.chains_mut().iter_mut().for_each(MonotoneChains::seal);
+        }
         self.frame = Some(frame);
         self.frame
+    }
+
+    /// A part to write to; those up to it that are new are empty.
+    fn part(&mut self, part: usize, parallax: SphereParallax) -> &mut PreparedPair {
+        if self.parts.len() <= part {
+            self.parts.resize_with(part + 1, PreparedPair::default);
+        }
+        while self.part_count <= part {
+            let fresh = &mut self.parts[self.part_count];
+            (fresh.chains_mut().iter_mut()).for_each(MonotoneChains::clear);
+            fresh.set_parallax(parallax);
+            self.part_count += 1;
+        }
+        &mut self.parts[part]
+    }
+
+    /// The silhouettes of every part, by its number.
+    pub fn parts_mut(&mut self) -> &mut [PreparedPair] {
+        &mut self.parts[..self.part_count]
+    }
+
+    /// The largest capacity of a part without another allocation.
+    pub(crate) fn room(&self) -> Room {
+        (self.parts.iter().map(PreparedPair::room)).fold(Room::default(), Room::max)
+    }
+
+    /// Clears everything, and reserves capacity for contours of so many vertices in each part, and for their pairs.
+    pub(crate) fn make_room(&mut self, n_vertices: &[usize], room: Room) {
+        self.part_count = 0;
+        if self.parts.len() < n_vertices.len() {
+            (self.parts).resize_with(n_vertices.len(), PreparedPair::default);
+        }
+        for (part, &n) in self.parts.iter_mut().zip(n_vertices) {
+            part.make_room(n, room);
+        }
     }
 
     /// Rectifies the silhouettes of two views of a map at a level of detail; returns `None` when they cannot be.
@@ -147,6 +189,7 @@ pub(crate) fn assign_contours(
             };
             loops.push(contour.points[k].extend(inverse).extend(0.0));
         }
+        loops.set_part(contour.part);
         loops.close();
     }
 }

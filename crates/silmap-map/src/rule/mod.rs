@@ -42,8 +42,34 @@ pub struct PairInterpolator {
 }
 
 impl PairInterpolator {
-    /// Writes the silhouette seen from (1 − α)·p₁ + α·p₂ to `output`, in coordinates of the pair's frame.
+    /// Writes the silhouettes of all `parts`, in order, seen from (1 − α)·p₁ + α·p₂ to `output`, in coordinates of the pair's frame. A part that only one
+    /// view shows is left out.
     pub fn interpolate(
+        &mut self,
+        parts: &mut [PreparedPair],
+        alpha: f64,
+        method: Method,
+        output: &mut DeepLoops,
+    ) {
+        output.clear();
+        let mut inverse_depth = 1.0;
+        for (part, silhouettes) in (0_u16..).zip(parts) {
+            if !silhouettes.is_in_both() {
+                continue;
+            }
+            output.set_part(part);
+            inverse_depth = 1.0 / silhouettes.baseline();
+            self.interpolate_part(silhouettes, alpha, method, output);
+        }
+        output.transform(|p| {
+            // Depth is baseline over disparity.
+            let slide = if p.w == 0.0 { 0.0 } else { -p.w / (p.z * p.z) };
+            DVec4::new(p.x, p.y, p.z * inverse_depth, slide)
+        });
+    }
+
+    /// Appends the silhouette of one part, with disparities.
+    fn interpolate_part(
         &mut self,
         pair: &mut PreparedPair,
         alpha: f64,
@@ -73,12 +99,6 @@ impl PairInterpolator {
             },
             output,
         );
-        let inverse_depth = 1.0 / pair.baseline();
-        output.transform(|p| {
-            // Depth is baseline over disparity.
-            let slide = if p.w == 0.0 { 0.0 } else { -p.w / (p.z * p.z) };
-            DVec4::new(p.x, p.y, p.z * inverse_depth, slide)
-        });
     }
 }
 

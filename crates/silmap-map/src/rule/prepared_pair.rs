@@ -37,6 +37,11 @@ impl PreparedPair {
         &mut self.chains
     }
 
+    /// Whether both views show something.
+    pub(super) fn is_in_both(&self) -> bool {
+        self.chains.iter().all(|c| c.first_y().is_finite())
+    }
+
     /// Sets the parallax that points of the model can have.
     pub(crate) fn set_parallax(&mut self, parallax: SphereParallax) {
         self.parallax = parallax;

@@ -124,7 +124,7 @@ fn interpolated(
     let frame = pair
         .assign([seen(eyes[0], one), seen(eyes[1], two)], &params)
         .unwrap();
-    interpolator.interpolate(&mut pair.silhouettes, alpha, method, &mut output);
+    interpolator.interpolate(pair.parts_mut(), alpha, method, &mut output);
     assert!((frame.b - DVec3::X).length() < 1e-12 && (frame.u - DVec3::NEG_Y).length() < 1e-12);
     let mut flat = FlatLoops::default();
     for points in output.iter() {

@@ -57,6 +57,7 @@ impl RegionIntersection {
             depth: f64::INFINITY,
             hair: 0.0,
         };
+        self.loops.clear();
         self.builder.finish(slack, &mut self.loops);
         output.clear();
         for points in self.loops.iter() {

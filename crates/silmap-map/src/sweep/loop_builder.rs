@@ -139,11 +139,10 @@ impl LoopBuilder {
         }
     }
 
-    /// Ends the last slab and writes all loops to `loops`, without repeated points and points that lie on the line between
+    /// Ends the last slab and appends all loops to `loops`, without repeated points and points that lie on the line between
     /// those that are kept to within `slack`.
     pub(crate) fn finish(&mut self, slack: Slack, loops: &mut DeepLoops) {
         self.flush();
-        loops.clear();
         for start in 0..self.sides.len() {
             let mut at = start;
             if self.sides[at].next == NONE {

@@ -9,3 +9,4 @@ pub(crate) mod interval;
 pub(crate) mod loop_builder;
 pub(crate) mod monotone_chain;
 pub(crate) mod sleeve;
+pub(crate) mod union;

@@ -11,6 +11,8 @@ use glam::DVec2;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Bounds, Camera, Loop};
 
+use super::rim_edges::RimEdges;
+
 /// Places, in pixels from a vertex across the outline, where the search for the object's edge looks: the traced outline
 /// is rarely more than a pixel off.
 const REACH_PX: [f64; 6] = [0.25, 0.5, 1.0, 1.5, 2.5, 4.0];
@@ -35,16 +37,33 @@ pub fn tangent_depths(
     camera: &Camera,
     loops: &[Loop],
 ) -> Vec<Vec<f64>> {
-    let probe = Probe::new(bvh, bounds, camera);
+    vertex_depths(
+        &Probe::new(bvh, bounds, camera),
+        loops,
+        camera.depth(bounds.center),
+    )
+}
+
+/// As [`tangent_depths`]; `otherwise` where nothing is found.
+pub(super) fn vertex_depths(probe: &Probe<'_>, loops: &[Loop], otherwise: f64) -> Vec<Vec<f64>> {
     loops
         .iter()
         .map(|points| {
             let found: Vec<Option<f64>> = (0..points.len())
                 .map(|k| probe.depth_at(points[k], inward(points, k)))
                 .collect();
-            fill_gaps(points, &found, camera.depth(bounds.center))
+            fill_gaps(points, &found, otherwise)
         })
         .collect()
+}
+
+/// For each vertex of each loop, how deep the edge is that is seen there; `None` where none is near.
+pub(crate) fn edge_depths(edges: &RimEdges, loops: &[Loop]) -> Vec<Vec<Option<f64>>> {
+    let of_loop = |points: &Loop| {
+        let depth = |k: usize| edges.depth_at(points[k], inward(points, k));
+        (0..points.len()).map(depth).collect()
+    };
+    loops.iter().map(of_loop).collect()
 }
 
 /// Unit vector from vertex `k` into the region, halfway between the normals of its edges.
@@ -88,6 +107,8 @@ pub(super) struct Probe<'a> {
     bvh: &'a Bvh,
     camera: &'a Camera,
     same_hit: f64,
+    /// Where rays need not be followed.
+    edges: Option<&'a RimEdges>,
 }
 
 impl<'a> Probe<'a> {
@@ -97,7 +118,13 @@ impl<'a> Probe<'a> {
             bvh,
             camera,
             same_hit: SAME_HIT_REL * bounds.radius,
+            edges: None,
         }
+    }
+
+    /// Looks depths up at these edges first.
+    pub(super) fn with_edges(self, edges: Option<&'a RimEdges>) -> Self {
+        Self { edges, ..self }
     }
 
     fn hits(&self, p: DVec2) -> bool {
@@ -109,6 +136,10 @@ impl<'a> Probe<'a> {
 
     /// Depth at the object's edge near `vertex`; `None` when the object is nowhere near.
     pub(super) fn depth_at(&self, vertex: DVec2, inward: DVec2) -> Option<f64> {
+        let known = self.edges.and_then(|edges| edges.depth_at(vertex, inward));
+        if known.is_some() {
+            return known;
+        }
         let (mut hit, mut miss) = self.bracket(vertex, inward)?;
         if let Some(miss) = &mut miss {
             for _ in 0..HALVINGS {
@@ -259,6 +290,7 @@ mod tests {
             bvh: &bvh,
             camera: &camera,
             same_hit: 0.0,
+            edges: None,
         };
         let worst = (0..loops[0].len())
             .filter_map(|k| {

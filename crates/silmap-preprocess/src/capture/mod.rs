@@ -21,9 +21,12 @@ mod depth;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod rim;
+mod rim_edges;
 
+pub(crate) use depth::edge_depths;
 pub use depth::tangent_depths;
-pub use rim::{LoopsWithDepths, deep_contours};
+pub use rim::{LoopsWithDepths, RimSearch, deep_contours};
+pub use rim_edges::{MeshEdges, RimEdges};
 
 /// The backend that draws the masks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

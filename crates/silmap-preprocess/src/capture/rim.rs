@@ -13,7 +13,8 @@ use glam::DVec2;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{Bounds, Camera, Loop};
 
-use super::depth::{Probe, tangent_depths};
+use super::depth::{Probe, vertex_depths};
+use super::rim_edges::RimEdges;
 use crate::simplify_contour::VERTEX_STEPS_PER_PX;
 
 /// How far off the depth may be between vertices, in radii of the bounding sphere: about eight pixels of a 512² capture. Seen from
@@ -41,31 +42,74 @@ pub fn deep_contours(
     loops: &[Loop],
     outward_only: bool,
 ) -> LoopsWithDepths {
-    let vertex_depths = tangent_depths(bvh, bounds, camera, loops);
-    let center_depth = camera.depth(bounds.center);
-    let mut rim = Rim {
-        probe: Probe::new(bvh, bounds, camera),
-        unit: center_depth * center_depth / bounds.radius,
+    let search = RimSearch {
+        bvh,
+        bounds,
+        camera,
+        edges: None,
         outward_only,
-        samples: Vec::new(),
-        open: Vec::new(),
-        needed: Vec::new(),
     };
-    let split = |(points, depths): (&Loop, &Vec<f64>)| {
-        let mut output = (Loop::new(), Vec::new());
-        for k in 0..points.len() {
-            let next = (k + 1) % points.len();
-            output.0.push(points[k]);
-            output.1.push(depths[k]);
-            rim.split(
-                &Edge::new(points[k], points[next]),
-                (depths[k], depths[next]),
-                &mut output,
-            );
-        }
-        output
-    };
-    loops.iter().zip(&vertex_depths).map(split).unzip()
+    let none: Vec<Vec<bool>> = loops.iter().map(|l| vec![false; l.len()]).collect();
+    search.deep_contours(loops, &none)
+}
+
+/// Where the depth of a contour generator is looked for.
+#[derive(Clone, Copy, Debug)]
+pub struct RimSearch<'a> {
+    /// The object.
+    pub bvh: &'a Bvh,
+    /// Bounds of the model that it is of.
+    pub bounds: &'a Bounds,
+    /// What sees it.
+    pub camera: &'a Camera,
+    /// The edges where it turns away from the camera, where they are known.
+    pub edges: Option<&'a RimEdges>,
+    /// As for [`deep_contours`].
+    pub outward_only: bool,
+}
+
+impl RimSearch<'_> {
+    /// As [`deep_contours`], but nothing is added on edges between two vertices that are marked.
+    #[must_use]
+    pub fn deep_contours(&self, loops: &[Loop], marked: &[Vec<bool>]) -> LoopsWithDepths {
+        let Self {
+            bvh,
+            bounds,
+            camera,
+            edges,
+            outward_only,
+        } = *self;
+        let center_depth = camera.depth(bounds.center);
+        let probe = Probe::new(bvh, bounds, camera).with_edges(edges);
+        let depths = vertex_depths(&probe, loops, center_depth);
+        let mut rim = Rim {
+            probe,
+            unit: center_depth * center_depth / bounds.radius,
+            outward_only,
+            samples: Vec::new(),
+            open: Vec::new(),
+            needed: Vec::new(),
+        };
+        let split = |((points, depths), marked): ((&Loop, &Vec<f64>), &Vec<bool>)| {
+            let mut output = (Loop::new(), Vec::new());
+            for k in 0..points.len() {
+                let next = (k + 1) % points.len();
+                output.0.push(points[k]);
+                output.1.push(depths[k]);
+                if marked[k] && marked[next] {
+                    continue;
+                }
+                rim.split(
+                    &Edge::new(points[k], points[next]),
+                    (depths[k], depths[next]),
+                    &mut output,
+                );
+            }
+            output
+        };
+        let loops = loops.iter().zip(&depths);
+        loops.zip(marked).map(split).unzip()
+    }
 }
 
 /// An edge of an outline, the object to its left seen against the y axis.
@@ -230,6 +274,7 @@ impl Rim<'_> {
 mod tests {
     use super::*;
     use crate::capture::cpu::rasterise;
+    use crate::capture::tangent_depths;
     use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
     use glam::DVec3;
     use silmap_geometry::polygon::signed_area;

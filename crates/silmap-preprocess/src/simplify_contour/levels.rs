@@ -37,12 +37,15 @@ pub fn add_levels(map: &mut SilhouetteMap) {
 }
 
 pub(super) fn add_levels_to_view(view: &mut CapturedView, params: &SimplifyContourParams) {
-    let loops: Vec<Loop> = view.contours.iter().map(|c| c.points.clone()).collect();
     let px_per_tangent = 0.5 * f64::from(view.camera.width_px) / view.camera.half_tangent.x;
-    let deep = Deep::new(&view.contours, px_per_tangent);
-    let mut levels = levels_of(&loops, &deep, params).into_iter();
-    for contour in &mut view.contours {
-        contour.levels = levels.by_ref().take(contour.points.len()).collect();
+    // Contours of several parts may cross.
+    for contours in view.contours.chunk_by_mut(|a, b| a.part == b.part) {
+        let loops: Vec<Loop> = contours.iter().map(|c| c.points.clone()).collect();
+        let deep = Deep::new(contours, px_per_tangent);
+        let mut levels = levels_of(&loops, &deep, params).into_iter();
+        for contour in contours {
+            contour.levels = levels.by_ref().take(contour.points.len()).collect();
+        }
     }
 }
 

@@ -262,7 +262,7 @@ fn view_of(loops: &[Loop], side: u32, with_depths: bool) -> silmap_map::Captured
         depths: (points.iter().filter(|_| with_depths))
             .map(|p| 3.0 + 0.3 * (p.x * 0.05).sin() + 0.2 * (p.y * 0.11).cos())
             .collect(),
-        levels: Vec::new(),
+        ..silmap_map::ViewContour::default()
     });
     silmap_map::CapturedView {
         camera: camera.unwrap(),

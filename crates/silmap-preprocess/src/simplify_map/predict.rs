@@ -4,8 +4,14 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use silmap_geometry::Mask;
-use silmap_geometry::polygon::fill_even_odd;
-use silmap_map::{FlatLoops, Location, Method, SeenLoops, SilhouetteMap, TriangleInterpolator};
+use silmap_geometry::polygon::fill_non_zero;
+use silmap_map::{
+    Detail, FlatLoops, Interpolation, Location, Method, SeenLoops, SilhouetteMap,
+    TriangleInterpolator,
+};
+
+/// The level of detail of the contours that views are predicted from: of what is cut off, little is left in the sum of many views.
+const PREDICTED_LEVEL: u8 = 1;
 
 /// What one view would look like after a collapse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +40,7 @@ pub(super) struct PredictScratch {
 pub(super) struct Predictor<'a> {
     map: &'a SilhouetteMap,
     masks: &'a [Mask],
-    method: Method,
+    how: Interpolation,
 }
 
 impl<'a> Predictor<'a> {
@@ -46,7 +52,11 @@ impl<'a> Predictor<'a> {
         } else {
             Method::best_for(map)
         };
-        Self { map, masks, method }
+        let how = Interpolation {
+            detail: Detail::Level(PREDICTED_LEVEL),
+            ..method.into()
+        };
+        Self { map, masks, how }
     }
 
     pub(super) fn map(&self) -> &'a SilhouetteMap {
@@ -96,7 +106,7 @@ impl<'a> Predictor<'a> {
         let camera = &self.map.views[view as usize].camera;
         let layers = scratch
             .interpolator
-            .interpolate_regions(self.map, ids, &location, camera, self.method.into())
+            .interpolate_regions(self.map, ids, &location, camera, self.how)
             .ok()?;
         fill_layers(
             layers,
@@ -138,10 +148,10 @@ impl<'a> Predictor<'a> {
 /// Fills what all regions cover.
 fn fill_layers(layers: &[SeenLoops], flat: &mut FlatLoops, filled: &mut Mask, scratch: &mut Mask) {
     layers[0].flatten_to(flat);
-    fill_even_odd(flat.iter(), filled);
+    fill_non_zero(flat.iter(), filled);
     for layer in &layers[1..] {
         layer.flatten_to(flat);
-        fill_even_odd(flat.iter(), scratch);
+        fill_non_zero(flat.iter(), scratch);
         filled.intersect(scratch);
     }
 }

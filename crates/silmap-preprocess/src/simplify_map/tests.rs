@@ -22,7 +22,7 @@ fn torus_map(views: u32) -> (SilhouetteMap, Vec<Mask>) {
             let contours = loops.into_iter().map(|points| ViewContour {
                 points,
                 depths: Vec::new(),
-                levels: Vec::new(),
+                ..ViewContour::default()
             });
             CapturedView {
                 camera,

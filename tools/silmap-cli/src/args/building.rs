@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use silmap_geometry::CoverageRule;
 use silmap_preprocess::capture::Backend;
+use silmap_preprocess::parts::PartParams;
 use silmap_preprocess::texture::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 
 use super::{CarveArgs, KeptPartsArgs, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
@@ -41,12 +42,13 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 24] = [
+const FROM_CONFLICTS: [&str; 25] = [
     "model",
     "views",
     "choose_by",
     "resolution",
     "tolerance",
+    "parts",
     "coverage",
     "radius",
     "faces",
@@ -69,8 +71,8 @@ const FROM_CONFLICTS: [&str; 24] = [
 ];
 
 /// What an asset that is built like another takes from that one.
-const PARAMS_FROM_CONFLICTS: [&str; 25] = {
-    let mut names = ["from"; 25];
+const PARAMS_FROM_CONFLICTS: [&str; 26] = {
+    let mut names = ["from"; 26];
     names[1] = "keep";
     names[2] = "max_error";
     // All of those between the model and what is not a param.
@@ -172,6 +174,10 @@ pub(crate) struct CaptureArgs {
     /// outward only]
     #[arg(long, value_name = "PIXELS", value_parser = parse_positive)]
     pub(crate) tolerance: Option<f64>,
+    /// Parts at most that the model is cut into, whose outlines are interpolated by themselves: fewer leave nicks where parts hide one
+    /// another, 1 leaves the model whole
+    #[arg(long, value_name = "N", default_value_t = PartParams::default().most, value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) parts: u32,
     /// Which pixels the model covers
     #[arg(long, value_name = "RULE", value_enum, default_value_t = CoverageArg::Center)]
     pub(crate) coverage: CoverageArg,

@@ -13,6 +13,7 @@ use silmap_measure::uniform::uniform_curve;
 use silmap_mesh_io::{LoadOptions, Loaded};
 use silmap_preprocess::capture::{Backend, CaptureParams};
 use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
+use silmap_preprocess::parts::PartParams;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport, Photographed};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
@@ -423,6 +424,10 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
         },
         tolerance_px: captured.tolerance.unwrap_or(default_tolerance),
         keep_cavities: args.parts.keep_cavities,
+        parts: PartParams {
+            most: captured.parts,
+            ..PartParams::default()
+        },
         textures: (&args.textures).into(),
         ..BuildParams::default()
     };
@@ -471,6 +476,7 @@ mod tests {
             ("--max-error 0.5%", |p| p.map.max_error == Some(0.005)),
             ("--resolution 64", |p| p.resolution_px == 64),
             ("--tolerance 1.5", |p| p.tolerance_px == 1.5),
+            ("--parts 3", |p| p.parts.most == 3),
             ("--coverage any", |p| {
                 p.capture.coverage == CoverageRule::Any && p.tolerance_px == 0.75
             }),

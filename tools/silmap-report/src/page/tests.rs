@@ -27,7 +27,7 @@ fn asset() -> Asset {
             contours: vec![ViewContour {
                 points: points.map(Into::into).to_vec(),
                 depths: vec![eye.length(); 4],
-                levels: Vec::new(),
+                ..ViewContour::default()
             }],
             photographed: None,
         }

@@ -47,6 +47,7 @@ fn any_contour() -> impl Strategy<Value = ViewContour> {
         any::<bool>(),
     )
         .prop_map(|(vertices, has_depth, has_levels)| ViewContour {
+            part: 0,
             points: vertices.iter().map(|v| DVec2::new(v.0, v.1)).collect(),
             depths: match has_depth {
                 true => vertices.iter().map(|v| v.2).collect(),
@@ -74,6 +75,7 @@ prop_compose! {
         radius in prop_oneof![Just(1.0), 1e-6..1e6_f64],
         resolution_px in 1_u32..2000,
         any_coverage: bool,
+        part_step in 0_u16..100,
         is_of_photographs: bool,
         tolerance_px in 0.0..2.0_f64,
         views in prop::collection::vec(
@@ -85,7 +87,11 @@ prop_compose! {
         let center = DVec3::from_array(center);
         let views: Vec<_> = views
             .into_iter()
-            .map(|(direction, contours, share)| {
+            .map(|(direction, mut contours, share)| {
+                for (k, contour) in (0_u16..).zip(&mut contours) {
+                    // Some have several contours, some none.
+                    contour.part = k / 2 * part_step;
+                }
                 let direction = DVec3::from_array(direction).try_normalize().unwrap_or(DVec3::X);
                 let eye = center + direction * (3.0 * radius);
                 let size = (resolution_px, resolution_px);
