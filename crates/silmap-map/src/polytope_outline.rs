@@ -6,7 +6,6 @@
 use glam::{DMat3, DVec3, DVec4, Vec4};
 use silmap_geometry::Camera;
 
-use crate::SilhouetteMap;
 use crate::epipolar::image_from_object;
 use crate::interpolation::Transfer;
 use crate::loops::{DeepLoops, SeenLoops};
@@ -14,6 +13,7 @@ use crate::project::{Projection, Round, project_loops};
 use crate::sweep::intersection::RegionIntersection;
 use crate::sweep::union::PartUnion;
 use crate::tidy::PieceCounts;
+use crate::{CapturedView, SilhouetteMap};
 
 /// Regions that all hold the outline: one for each order of the triangle's views, or one.
 pub(crate) const MOST_REGIONS: usize = 3;
@@ -192,6 +192,34 @@ impl OutlineCarrier {
             project_loops(&region.loops, &to_camera, seen);
         }
         &self.regions[..outline.count]
+    }
+}
+
+/// The outlines of captured views, all parts together.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CapturedOutlines {
+    contours: SeenLoops,
+    union: PartUnion,
+    outline: SeenLoops,
+}
+
+impl CapturedOutlines {
+    /// Of how many pieces the outline of each view of `map` is made.
+    pub(crate) fn piece_counts(&mut self, map: &SilhouetteMap) -> Vec<PieceCounts> {
+        let of_view = |view: &CapturedView| {
+            self.contours.clear();
+            for contour in &view.contours {
+                self.contours.set_part(contour.part);
+                (contour.points.iter()).for_each(|p| self.contours.push(p.extend(0.0)));
+                self.contours.close();
+            }
+            if !self.contours.may_overlap() {
+                return PieceCounts::of(&self.contours);
+            }
+            self.union.unite(&self.contours, HAIR_PX, &mut self.outline);
+            PieceCounts::of(&self.outline)
+        };
+        map.views.iter().map(of_view).collect()
     }
 }
 

@@ -13,7 +13,7 @@ use crate::loops::{FlatLoops, SeenLoops};
 use crate::off_polytope::join::OutlineJoin;
 use crate::off_polytope::sectors::Sectors;
 use crate::polytope::{Polytope, PolytopeError};
-use crate::polytope_outline::PolytopeOutline;
+use crate::polytope_outline::{CapturedOutlines, PolytopeOutline};
 use crate::rule::method::Method;
 use crate::tidy::PieceCounts;
 use crate::triangle::TriangleInterpolator;
@@ -65,7 +65,7 @@ impl MapReader {
             has_depth: map.has_depth(),
             last_triangle: 0,
             triangle: TriangleInterpolator::default(),
-            pieces: map.views.iter().map(PieceCounts::of_view).collect(),
+            pieces: CapturedOutlines::default().piece_counts(map),
             sectors: Sectors::new(map),
             points: Vec::new(),
             outlines: Vec::new(),

@@ -3,10 +3,7 @@
 //! Source: beyond the paper. Between two views, where one part of the object begins to hide another, small pieces may come off.
 
 use glam::{DVec3, Vec3Swizzles};
-use silmap_geometry::Loop;
-use silmap_geometry::polygon::signed_area;
 
-use crate::CapturedView;
 use crate::loops::{InPlane, SeenLoops};
 
 /// Crumbs are smaller than this share of the outline's area.
@@ -28,7 +25,7 @@ fn double_area<P: InPlane>(points: &[P]) -> f64 {
     steps.map(|(a, b)| a.place().perp_dot(b.place())).sum()
 }
 
-/// As [`signed_area`].
+/// Signed area.
 fn area_of(points: &[DVec3]) -> f64 {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return 0.0;
@@ -50,16 +47,17 @@ pub(crate) struct PieceCounts {
 }
 
 impl PieceCounts {
-    /// Those of a view's contours.
-    pub(crate) fn of_view(view: &CapturedView) -> Self {
-        let is_outer = |points: &Loop| signed_area(points) > 0.0;
-        let outer = (view.contours.iter())
-            .filter(|c| is_outer(&c.points))
-            .count();
-        Self {
-            outer,
-            holes: view.contours.len() - outer,
+    /// Those of an outline.
+    pub(crate) fn of(outline: &SeenLoops) -> Self {
+        let mut counts = Self::default();
+        for points in outline.iter() {
+            if area_of(points) > 0.0 {
+                counts.outer += 1;
+            } else {
+                counts.holes += 1;
+            }
         }
+        counts
     }
 
     /// Outer loops and holes.
@@ -128,6 +126,7 @@ mod tests {
     use super::*;
     use crate::loops::FlatLoops;
     use glam::DVec2;
+    use silmap_geometry::polygon::signed_area;
 
     fn square(x: f64, side: f64, is_outer: bool) -> Vec<DVec2> {
         let mut corners: Vec<DVec2> = [(x, 0.0), (x + side, 0.0), (x + side, side), (x, side)]

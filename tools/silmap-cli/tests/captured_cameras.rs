@@ -62,11 +62,14 @@ fn contours_lie_over_the_masks_of_their_cameras() {
         run_json(&words),
         run_json(&[&words[..], &["--size", "440x320"]].concat()),
     );
-    let (a, b) = (
-        number(&once, "/loops/0/0/0"),
-        number(&twice, "/loops/0/0/0"),
-    );
-    assert!((2.0 * a - b).abs() < 1e-6, "{a}, {b}");
+    // Parts are united in the picture, so that vertices differ by what is thinned out.
+    let leftmost = |told: &Value| {
+        let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(told["loops"].clone()).unwrap();
+        let places = loops.iter().flatten().map(|p| p[0]);
+        places.fold(f64::INFINITY, f64::min)
+    };
+    let (a, b) = (leftmost(&once), leftmost(&twice));
+    assert!((2.0 * a - b).abs() < 0.2, "{a}, {b}");
     assert_eq!(twice["camera"]["width"], json!(440));
 }
 
