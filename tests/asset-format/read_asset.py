@@ -297,6 +297,69 @@ def read_levels(data, views):
     require(not any(bits) and len(data) == 1 + (used + 7) // 8, "bits are left after the levels of detail")
 
 
+class Bits:
+    """Decisions of the range coder in the rest of a part."""
+
+    def __init__(self, part):
+        self.part, self.range, self.contexts = part, (1 << 32) - 1, {}
+        self.code = int.from_bytes(part.take(4), "big")
+
+    def bit(self, *context):
+        q, s = self.contexts.get(context, (1 << 15, 1 << 15))
+        bound = (self.range >> 12) * min(max((q + s) >> 5, 32), 4064)
+        bit = int(self.code >= bound)
+        if bit:
+            self.code, self.range = self.code - bound, self.range - bound
+            q, s = q - (q >> 4), s - (s >> 7)
+        else:
+            self.range = bound
+            q, s = q + ((65535 - q) >> 4), s + ((65535 - s) >> 7)
+        self.contexts[context] = (q, s)
+        while self.range < 1 << 24:
+            self.range, self.code = self.range << 8, self.code << 8 | self.part.u8()
+        return bit
+
+
+def read_depths(data, view_count):
+    """Bits, columns, rows, and per view the nearest and the farthest depth and the rows of codes."""
+    part = Part(data, "depths")
+    bits, width, height = part.uint(15), part.uint(4097), part.uint(4097)
+    require(bits > 1 and width > 0 and height > 0, "depths have no size")
+    ranges = [part.f64(2) for _ in range(view_count)]
+    coder, most, pictures = Bits(part), (1 << bits) - 1, []
+    for near, far in ranges:
+        require(near <= far, "depths have no range")
+        last, rows = 1 << (bits - 1), []
+        # With a column of nothing on either side.
+        above, above_off = [0] * (width + 2), [0] * (width + 2)
+        for _ in range(height):
+            here, off = [0] * (width + 2), [0] * (width + 2)
+            for x in range(1, width + 1):
+                around = left, top, right, corner = here[x - 1], above[x], above[x + 1], above[x - 1]
+                if not coder.bit("seen", left > 0, top > 0, corner > 0, right > 0):
+                    continue
+                if left and top and corner:
+                    predicted = min(max(left + top - corner, min(left, top)), max(left, top))
+                elif left and top:
+                    predicted = (left + top) // 2
+                else:
+                    predicted = next((code for code in around if code), last)
+                k = min((off[x - 1] + above_off[x] + above_off[x - 1] + above_off[x + 1]).bit_length(), 8)
+                if not coder.bit("right", k):
+                    less, n, m = coder.bit("less", k), 0, 1
+                    while n < 14 and coder.bit("longer", k, n):
+                        n += 1
+                    for i in reversed(range(n)):
+                        m = m << 1 | coder.bit("low", n, i)
+                    predicted, off[x] = min(max(predicted - m if less else predicted + m, 1), most), m
+                here[x] = last = predicted
+            above, above_off = here, off
+            rows.append(here[1:-1])
+        pictures.append((near, far, rows))
+    part.end()
+    return bits, width, height, pictures
+
+
 def read_parts(data, views):
     part = Part(data, "parts of contours")
     require(part.u8() == 1, "its parts of contours have another coding")
@@ -386,6 +449,8 @@ def read(file):
               (("error_curve", "errorCurveView"), ("uniform_curve", "uniformCurveView")) if key in build}
     if "collapseOrderView" in build:
         curves["order_curve"] = read_order(document.view(build["collapseOrderView"]), len(views))
+    if "depthsView" in textures:
+        curves["depths"] = read_depths(document.view(textures["depthsView"]), len(textures["images"]))
     return {"extension": extension, "views": views, "triangles": triangles, "hull": hull, "cameras": cameras, "visible": visible, **curves}
 
 
@@ -411,11 +476,18 @@ def summary(asset):
             "has_depth": all(len(c["depths"]) == len(c["points"]) for c in contours),
         },
         "hull": {"faces": len(hull["faces"]), "vertices": len(hull["positions"]), "volume_ratio": extension["hull"]["volumeRatio"]},
-        "textures": {"views": len(asset["cameras"])},
+        "textures": {"views": len(asset["cameras"])} | ({"relief": relief_figures(asset["depths"])} if "depths" in asset else {}),
         "views": [{"eye": view["camera"]["eye"], "contour_vertices": n} for view, n in zip(views, counts)],
         "triangles": asset["triangles"],
     }
     return printed | {name: asset[name] for name in ("error_curve", "uniform_curve", "order_curve") if name in asset}
+
+
+def relief_figures(depths):
+    bits, width, height, pictures = depths
+    codes = [code for _, _, rows in pictures for row in rows for code in row if code]
+    share = len(codes) / (width * height * len(pictures)) if pictures else 0
+    return {"bits": bits, "size": [width, height], "seen": share, "code_mean": sum(codes) / max(len(codes), 1)}
 
 
 def outline(asset, number, level):

@@ -172,6 +172,7 @@ fn textures(gpu: &Gpu, mesh: &TriangleMesh, hull: &CoarseHull) -> TextureSet {
         views,
         visible_views,
         atlas: None,
+        relief: None,
     }
 }
 

@@ -10,8 +10,8 @@ use image::{ImageBuffer, ImageFormat, Rgb};
 use silmap_geometry::{Camera, CoverageRule};
 use silmap_map::asset::{self, DEPTH_STEPS_PER_RADIUS};
 use silmap_map::{
-    Asset, Atlas, BuildRecord, CapturedView, CoarseHull, EncodedImage, Placement, SilhouetteMap,
-    TextureSet, TextureView, ViewContour,
+    Asset, Atlas, BuildRecord, CapturedView, CoarseHull, DepthPicture, EncodedImage, Placement,
+    Relief, SilhouetteMap, TextureSet, TextureView, ViewContour,
 };
 use silmap_tests::outside;
 
@@ -150,6 +150,18 @@ fn sample_asset() -> Asset {
             faces,
         },
         textures: TextureSet {
+            relief: Some(Relief {
+                bits: 10,
+                width_px: 2,
+                height_px: 1,
+                views: [0.1, 0.2]
+                    .map(|near| DepthPicture {
+                        near,
+                        far: 0.7,
+                        codes: vec![0, 1023],
+                    })
+                    .to_vec(),
+            }),
             views: vec![texture_view(DVec3::Z), texture_view(DVec3::NEG_Z)],
             visible_views: vec![1, 2, 3, 0, 1, 2, 3, 0],
             atlas: Some(Atlas {

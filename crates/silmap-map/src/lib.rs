@@ -23,7 +23,7 @@ mod triangle;
 
 pub use asset::{
     Asset, AssetError, Atlas, BuildRecord, CapturedErrors, CoarseHull, CollapseOrder, CollapseStep,
-    EncodedImage, Placement, TextureSet, TextureView,
+    DepthPicture, EncodedImage, Placement, Relief, TextureSet, TextureView,
 };
 pub use interpolation::{InterpolateError, Interpolation, Transfer};
 pub use levels::{DETAIL_BOUND_PX, Detail};

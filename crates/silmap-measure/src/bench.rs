@@ -12,7 +12,7 @@ use silmap_geometry::{Camera, Loop, Mask, TriangleMesh};
 use silmap_gpu::Gpu;
 use silmap_map::asset::AssetSizes;
 use silmap_map::{Asset, Interpolation, MapReader, Method};
-use silmap_study::{Antialias, FrameParams, Mode};
+use silmap_study::{Antialias, FrameParams, Mode, Paint};
 
 use crate::MeasureError;
 use frames::{Region, params};
@@ -22,7 +22,7 @@ mod frames;
 mod rows;
 mod searches;
 
-pub(crate) use frames::{Drawer, params as picture_params};
+pub(crate) use frames::{Drawer, Look, params as picture_params};
 pub use rows::Row;
 pub(crate) use searches::{Search, SearchTimes};
 
@@ -145,7 +145,7 @@ impl Bench<'_> {
         let best = Method::best_for(&self.asset.map);
         let mut seconds = |mode, region: &mut Region<'_, '_>| {
             let row = Row::new(String::new(), None, 0);
-            let how = (mode, best, Antialias::None);
+            let how = Look::new(mode, best, Antialias::None);
             let row = self.time_row(drawer, &[], (row, how), region)?;
             Ok::<_, MeasureError>(row.frame_seconds())
         };
@@ -188,7 +188,7 @@ impl Bench<'_> {
             drawer.renderer.load_model(drawer.gpu, simple)?;
             let name = "simplified".to_owned();
             let row = Row::new(name, Some(simple.faces.len()), bytes_of(simple));
-            let how = (Mode::Original, best, Antialias::None);
+            let how = Look::new(Mode::Original, best, Antialias::None);
             rows.push(self.time_row(drawer, truths, (row, how), &mut Region::Own)?);
             drawer.renderer.load_model(drawer.gpu, self.full)?;
         }
@@ -196,11 +196,11 @@ impl Bench<'_> {
         let mut plan = vec![
             (
                 Row::new("full".to_owned(), Some(faces), full_bytes),
-                (Mode::Original, best, Antialias::None),
+                Look::new(Mode::Original, best, Antialias::None),
             ),
             (
                 Row::new("hull".to_owned(), Some(hull_faces), painted),
-                (Mode::Textured, best, Antialias::None),
+                Look::new(Mode::Textured, best, Antialias::None),
             ),
         ];
         for method in Method::all_for(&self.asset.map) {
@@ -212,9 +212,17 @@ impl Bench<'_> {
                 let name = format!("clipped-{}-{name}", method.name());
                 plan.push((
                     Row::new(name, Some(hull_faces), self.sizes.total),
-                    (Mode::Clipped, method, antialias),
+                    Look::new(Mode::Clipped, method, antialias),
                 ));
             }
+        }
+        if self.asset.textures.relief.is_some() {
+            let name = format!("relief-{}-soft", best.name());
+            let look = Look {
+                paint: Paint::Relief,
+                ..Look::new(Mode::Clipped, best, Antialias::Soft)
+            };
+            plan.push((Row::new(name, Some(hull_faces), self.sizes.total), look));
         }
         for (row, how) in plan {
             rows.push(self.time_row(drawer, truths, (row, how), &mut Region::Own)?);
@@ -222,7 +230,7 @@ impl Bench<'_> {
         for mut search in searches {
             let bytes = painted + search.extractor.data_bytes() as u64;
             let row = Row::new(format!("exact-{}", search.method), Some(hull_faces), bytes);
-            let how = (Mode::Exact, best, Antialias::None);
+            let how = Look::new(Mode::Exact, best, Antialias::None);
             search.extractor.forget();
             let mut region = Region::Exact(&mut search.extractor);
             rows.push(self.time_row(drawer, truths, (row, how), &mut region)?);
@@ -234,7 +242,7 @@ impl Bench<'_> {
         &self,
         drawer: &mut Drawer<'_>,
         truths: &[Truth],
-        (row, (mode, method, antialias)): (Row, (Mode, Method, Antialias)),
+        (row, look): (Row, Look),
         region: &mut Region<'_, '_>,
     ) -> Result<Row, MeasureError> {
         let (mut device, mut processor) = (Vec::new(), Vec::new());
@@ -244,7 +252,7 @@ impl Bench<'_> {
         for (k, cameras) in frames.clone().take(1).chain(frames).enumerate() {
             self.watch.check()?;
             let frame: Vec<FrameParams> = (cameras.iter())
-                .map(|&camera| params(camera, mode, method, antialias))
+                .map(|&camera| params(camera, look))
                 .collect();
             let (on_device, on_processor) = drawer.frame(&frame, region, self.full)?;
             if k > 0 {
@@ -258,7 +266,7 @@ impl Bench<'_> {
         let mut errors = Vec::new();
         for truth in truths {
             self.watch.check()?;
-            let frame = params(truth.camera, mode, method, antialias);
+            let frame = params(truth.camera, look);
             let mask = drawer.mask(&frame, region, self.full)?;
             errors.push(truth.errors_of(&mask));
         }

@@ -7,6 +7,7 @@
 
 mod bench;
 mod comparison;
+mod depth_errors;
 mod deviation;
 mod discontinuities;
 mod error;
@@ -31,6 +32,7 @@ pub use comparison::{
     BRUTE, Comparison, ComparisonLevel, ContourResult, Extracted, ExtractionResult, FrameResults,
     Motion, PARALLEL, compare,
 };
+pub use depth_errors::{DepthErrors, OFF_REL, depth_errors};
 pub use deviation::{Deviation, deviation};
 pub use discontinuities::{Discontinuities, discontinuities};
 pub use error::MeasureError;

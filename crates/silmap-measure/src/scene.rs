@@ -17,7 +17,7 @@ use silmap_runtime::{
 };
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer};
 
-use crate::bench::picture_params;
+use crate::bench::{Look, picture_params};
 use crate::median::median;
 use crate::{Deviation, MeasureError};
 use errors::{ExactOutlines, apart};
@@ -326,8 +326,10 @@ impl Scene<'_, '_> {
             let mut sum = FrameSeconds::default();
             for transform in &self.transforms[..count] {
                 let own = object_camera(camera, transform);
-                let params: FrameParams =
-                    picture_params(own, Mode::Clipped, best, silmap_study::Antialias::None);
+                let params: FrameParams = picture_params(
+                    own,
+                    Look::new(Mode::Clipped, best, silmap_study::Antialias::None),
+                );
                 let target = &self.stage.colour;
                 let (device, encode) = self.stage.submit(|encoder| {
                     renderer.record(gpu, encoder, target, &params)?;

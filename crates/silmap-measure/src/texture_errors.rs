@@ -17,7 +17,8 @@ use crate::evaluate::{EvaluateParams, Place, viewpoints};
 use crate::{MeasureError, discontinuities};
 
 /// What is compared with the model.
-const PAINTS: [(&str, Paint); 4] = [
+const PAINTS: [(&str, Paint); 5] = [
+    ("relief", Paint::Relief),
     ("blended", Paint::Blended),
     ("nearest", Paint::Nearest),
     ("views", Paint::Views),

@@ -96,6 +96,11 @@ fn picture_options(textures: &TextureParams) -> String {
     if !textures.normals {
         text.push_str(" --no-normals");
     }
+    // Assets without are told as they were before there was relief.
+    if textures.relief_px > 0 {
+        let (side, bits) = (textures.relief_px, textures.relief_bits);
+        text.push_str(&format!(" --relief {side} --relief-bits {bits}"));
+    }
     text
 }
 

@@ -1,6 +1,6 @@
-// The hull, opaque. Needs: instance, paint, hull_plain, hull_colour.
+// The hull, opaque. Needs: instance, paint, hull_plain, hull_colour, hull_shown, or those of relief.
 
 @fragment
-fn fs_main(fragment: Fragment) -> @location(0) vec4f {
-    return vec4f(fragment_colour(fragment), 1.0);
+fn fs_main(fragment: Fragment) -> Shown {
+    return shown(fragment_paint(fragment), 1.0);
 }

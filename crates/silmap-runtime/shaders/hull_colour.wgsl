@@ -1,7 +1,11 @@
 // The colour of a hull's fragment, whichever vertices it is between. Needs: paint, hull_plain or hull_covered.
 
-fn fragment_colour(fragment: Fragment) -> vec3f {
-    return paint_colour(
+struct Painted {
+    colour: vec3f,
+}
+
+fn fragment_paint(fragment: Fragment) -> Painted {
+    return Painted(paint_colour(
         fragment.point_a,
         fragment.point_b,
         fragment.point_c,
@@ -9,5 +13,5 @@ fn fragment_colour(fragment: Fragment) -> vec3f {
         fragment.weights,
         fragment.atlas_uv,
         fragment.normal,
-    );
+    ));
 }

@@ -1,4 +1,5 @@
-// The hull in those of four samples that are inside of the outline. Needs: outline, instance, paint, hull_covered, hull_colour.
+// The hull in those of four samples that are inside of the outline. Needs: outline, instance, paint, hull_covered, hull_coverage,
+// hull_colour.
 
 struct Sampled {
     @location(0) colour: vec4f,
@@ -11,5 +12,5 @@ fn fs_main(fragment: Fragment) -> Sampled {
     if samples == 0u {
         discard;
     }
-    return Sampled(vec4f(fragment_colour(fragment), 1.0), samples);
+    return Sampled(vec4f(fragment_paint(fragment).colour, 1.0), samples);
 }

@@ -19,9 +19,10 @@ const PAINT_LIT: u32 = 4u;
 const PAINT_LEAST: f32 = 1e-4;
 
 struct Asset {
-    // Per texture view: (s·q, t·q, q) of a point of the object, (s, t) from the picture's top-left.
+    // Per texture view: (s·q, t·q, q, d) of a point of the object, (s, t) from the picture's top-left, d the depth from the hull's middle
+    // in its radii.
     texture_from_object: array<mat4x4f, 64>,
-    // Eyes of the texture views.
+    // Eyes of the texture views, and the width of a pixel of their pictures at depth 1.
     eyes: array<vec4f, 64>,
     // Unit directions to the two lights, and their intensities.
     lights: array<vec4f, 2>,
@@ -29,6 +30,8 @@ struct Asset {
     albedo: vec4f,
     // Texture views, and 1 where there is an atlas.
     counts: vec4u,
+    // Radius of the hull.
+    depth: vec4f,
 }
 
 @group(1) @binding(0) var<uniform> asset: Asset;
@@ -132,15 +135,19 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
     return shares;
 }
 
-// What a texture view shows at the point of a corner, for an eye that sees the corner.
-fn paint_point(corner: Corner, eye: vec4f, view: u32) -> vec3f {
+// The point of the eye's ray through a corner that is nearest to P(v).
+fn paint_on_ray(corner: Corner, eye: vec4f) -> vec3f {
     var ray = -eye.xyz;
     if eye.w > 0.5 {
         ray = corner.position - eye.xyz;
     }
     let along = dot(corner.surface_point - corner.position, ray) / max(dot(ray, ray), 1e-30);
-    let point = corner.position + ray * along;
-    let projected = asset.texture_from_object[min(view, 63u)] * vec4f(point, 1.0);
+    return corner.position + ray * along;
+}
+
+// What a texture view shows at the point of a corner, for an eye that sees the corner.
+fn paint_point(corner: Corner, eye: vec4f, view: u32) -> vec3f {
+    let projected = asset.texture_from_object[min(view, 63u)] * vec4f(paint_on_ray(corner, eye), 1.0);
     return projected.xyz;
 }
 

@@ -15,7 +15,8 @@ use silmap_map::{
 };
 
 use crate::LoadError;
-use crate::pipelines::{CORNER_STRIDE, Layouts};
+use crate::depths;
+use crate::pipelines::{AssetBindings, CORNER_STRIDE, Layouts};
 use crate::textures::{MOST_VIEWS, blank, decode, upload_picture, upload_views};
 
 /// An asset that can be drawn by every renderer of its device. Copies are cheap, and are the same asset.
@@ -38,6 +39,8 @@ pub(crate) struct AssetData {
     corners: wgpu::Buffer,
     corner_count: u32,
     group: wgpu::BindGroup,
+    /// Whether it says where the model's surface is within the hull.
+    pub(crate) has_relief: bool,
 }
 
 /// `Corner` of `shaders/paint.wgsl`.
@@ -66,6 +69,7 @@ struct AssetUniform {
     lights: [[f32; 4]; 2],
     albedo: [f32; 4],
     counts: [u32; 4],
+    depth: [f32; 4],
 }
 
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
@@ -95,12 +99,19 @@ impl LoadedAsset {
             None => blank(),
         };
         let atlas = upload_picture(device, queue, &atlas)?;
+        let depths = depths::upload(device, queue, textures, &bounds)?;
         let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("asset"),
-            contents: bytemuck::bytes_of(&uniform_of(asset, bounds.center)),
+            contents: bytemuck::bytes_of(&uniform_of(asset, &bounds)),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let group = layouts.bind_asset(device, &uniform, &views, &atlas);
+        let bindings = AssetBindings {
+            uniform: &uniform,
+            views: &views,
+            atlas: &atlas,
+            depths: &depths,
+        };
+        let group = layouts.bind_asset(device, &bindings);
         #[cfg_attr(
             target_arch = "wasm32",
             allow(
@@ -119,6 +130,7 @@ impl LoadedAsset {
             corners: corner_buffer,
             corner_count: corners.len() as u32,
             group,
+            has_relief: textures.relief.is_some() && !textures.views.is_empty(),
         })))
     }
 
@@ -224,7 +236,8 @@ fn corners_of(hull: &CoarseHull, textures: &TextureSet, origin: DVec3) -> Vec<Co
     corners
 }
 
-fn uniform_of(asset: &Asset, origin: DVec3) -> AssetUniform {
+fn uniform_of(asset: &Asset, bounds: &Bounds) -> AssetUniform {
+    let origin = bounds.center;
     let textures = &asset.textures;
     let [r, g, b] = lighting::DEFAULT_ALBEDO;
     let mut uniform = AssetUniform {
@@ -241,11 +254,18 @@ fn uniform_of(asset: &Asset, origin: DVec3) -> AssetUniform {
             0,
             0,
         ],
+        depth: [bounds.radius as f32, 0.0, 0.0, 0.0],
     };
     for (k, view) in textures.views.iter().enumerate() {
         let matrix = texture_from_object(&view.camera) * DMat4::from_translation(origin);
-        uniform.texture_from_object[k] = Mat4::to_cols_array_2d(&matrix.as_mat4());
-        uniform.eyes[k] = (view.camera.eye - origin).extend(1.0).as_vec4().to_array();
+        let mut rows = matrix.transpose();
+        rows.w_axis = (view.camera.forward / bounds.radius).extend(0.0);
+        uniform.texture_from_object[k] = Mat4::to_cols_array_2d(&rows.transpose().as_mat4());
+        let pixel = 2.0 * view.camera.half_tangent.max_element() / view.camera.size().max_element();
+        uniform.eyes[k] = (view.camera.eye - origin)
+            .extend(pixel)
+            .as_vec4()
+            .to_array();
     }
     uniform
 }

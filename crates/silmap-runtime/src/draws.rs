@@ -30,11 +30,18 @@ pub(crate) enum Draw {
     /// The same again, to leave the stencil as it was.
     Clear { records: Range<u32>, edges: u32 },
     /// Hulls of one asset, clipped.
-    Hulls { records: Range<u32>, asset: usize },
+    Hulls { records: Range<u32>, hull: Hull },
     /// The partly covered pixels of the same.
-    Borders { records: Range<u32>, asset: usize },
+    Borders { records: Range<u32>, hull: Hull },
     /// Hulls of one asset, whole.
-    Whole { records: Range<u32>, asset: usize },
+    Whole { records: Range<u32>, hull: Hull },
+}
+
+/// What instances have in common that share a draw call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Hull {
+    pub(crate) asset: usize,
+    pub(crate) has_relief: bool,
 }
 
 /// An instance in the picture.
@@ -42,7 +49,7 @@ pub(crate) enum Draw {
 pub(crate) struct Visible {
     pub(crate) record: Record,
     pub(crate) instance: usize,
-    pub(crate) asset: usize,
+    pub(crate) hull: Hull,
     pub(crate) depth: f64,
     pub(crate) rect: Rect,
     /// The cell of its own outline, where that has yet to be made.
@@ -106,14 +113,14 @@ impl DrawOrder {
                 1 + self.batches.add(&visible.rect)
             };
         }
-        let group = |v: &Visible| (v.batch, v.asset, v.order, v.rank);
+        let group = |v: &Visible| (v.batch, v.hull, v.order, v.rank);
         all.sort_unstable_by_key(group);
         let mut start = 0;
         for batch in all.chunk_by(|a, b| a.batch == b.batch) {
             let first = start;
             let is_whole = batch[0].batch == 0;
             let mut at = first;
-            let runs = batch.chunk_by(|a, b| (a.asset, a.order) == (b.asset, b.order));
+            let runs = batch.chunk_by(|a, b| (a.hull, a.order) == (b.hull, b.order));
             for run in runs.clone().filter(|_| !is_whole) {
                 let end = at + run.len() as u32;
                 let edges = run.iter().map(|v| v.points).max().unwrap_or(0);
@@ -124,13 +131,13 @@ impl DrawOrder {
                 at = end;
             }
             at = first;
-            for run in batch.chunk_by(|a, b| a.asset == b.asset) {
-                let (records, asset) = (at..at + run.len() as u32, run[0].asset);
+            for run in batch.chunk_by(|a, b| a.hull == b.hull) {
+                let (records, hull) = (at..at + run.len() as u32, run[0].hull);
                 at = records.end;
                 draws.push(if is_whole {
-                    Draw::Whole { records, asset }
+                    Draw::Whole { records, hull }
                 } else {
-                    Draw::Hulls { records, asset }
+                    Draw::Hulls { records, hull }
                 });
             }
             at = first;
@@ -149,18 +156,18 @@ impl DrawOrder {
 
     fn put_coverage(&self, all: &mut [Visible], is_blended: bool, draws: &mut Vec<Draw>) {
         if !is_blended {
-            all.sort_unstable_by_key(|v| (v.asset, v.rank));
+            all.sort_unstable_by_key(|v| (v.hull, v.rank));
         }
         let mut start = 0;
-        for run in all.chunk_by(|a, b| a.asset == b.asset) {
-            let (records, asset) = (start..start + run.len() as u32, run[0].asset);
+        for run in all.chunk_by(|a, b| a.hull == b.hull) {
+            let (records, hull) = (start..start + run.len() as u32, run[0].hull);
             start = records.end;
             draws.push(Draw::Hulls {
                 records: records.clone(),
-                asset,
+                hull,
             });
             if self.is_soft && self.has_depth {
-                draws.push(Draw::Borders { records, asset });
+                draws.push(Draw::Borders { records, hull });
             }
         }
     }

@@ -117,7 +117,6 @@ impl Transform {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Paint {
     /// The texture views nearest to the eye, blended so that nothing pops; tiles of the atlas where no view sees the face.
-    #[default]
     Blended,
     /// The paper's: the one nearest texture view that sees the face; tiles where none does.
     Nearest,
@@ -127,6 +126,10 @@ pub enum Paint {
     Tiles,
     /// No texture: one colour in a studio light.
     Lit,
+    /// The model's surface within the hull, as depths of the texture views have it: its colours, at its place and with its depth. Where the
+    /// asset has no such depths, or [`RendererOptions::relief`](crate::RendererOptions::relief) says so, as [`Paint::Blended`].
+    #[default]
+    Relief,
 }
 
 /// Loops in the space of an asset's object, as an outline of one's own: seen from the eye that draws, they hold the points about which

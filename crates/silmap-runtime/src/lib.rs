@@ -13,7 +13,9 @@ mod block_cache;
 mod blocks;
 mod cells;
 mod curve;
+mod depths;
 mod draws;
+mod facing;
 mod instance;
 mod interpolate;
 mod light;
@@ -35,7 +37,7 @@ pub use instance::{Instance, Outline, Paint, SpaceLoops, Transform, TransformErr
 pub use light::LightError;
 pub use options::{
     Antialias, ClipBy, DepthDirection, DepthTarget, LoadError, OptionsError, PrepareError,
-    RendererOptions, TargetFormats,
+    ReliefQuality, RendererOptions, TargetFormats,
 };
 pub use plan::FrameStats;
 pub use renderer::Renderer;

@@ -54,6 +54,29 @@ pub enum Antialias {
     Soft,
 }
 
+/// How carefully [`Paint::Relief`](crate::Paint::Relief) follows the eye's rays to the model's surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ReliefQuality {
+    /// Not at all: as [`Paint::Blended`](crate::Paint::Blended), and hulls have the hull's depth.
+    Off,
+    /// By two views in few steps, for weak devices.
+    Low,
+    /// By three views.
+    #[default]
+    High,
+}
+
+impl ReliefQuality {
+    /// The constants of `shaders/relief.wgsl`.
+    pub(crate) fn constants(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Off => &[],
+            Self::Low => &[("RELIEF_VIEWS", 2.0), ("RELIEF_STEPS", 16.0)],
+            Self::High => &[("RELIEF_VIEWS", 3.0), ("RELIEF_STEPS", 48.0)],
+        }
+    }
+}
+
 /// Set once for a renderer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RendererOptions {
@@ -63,6 +86,8 @@ pub struct RendererOptions {
     pub clip: ClipBy,
     /// How outlines are smoothed.
     pub antialias: Antialias,
+    /// How carefully the model's surface is found within the hull; needs colour and depth.
+    pub relief: ReliefQuality,
     /// How outlines are interpolated; by default the best that an asset allows.
     pub method: Option<Method>,
     /// How far an outline may be off, in pixels, where one is used that was interpolated for an eye nearby. At zero each frame
@@ -96,6 +121,7 @@ impl RendererOptions {
             } else {
                 Antialias::Samples
             },
+            relief: ReliefQuality::default(),
             method: None,
             reuse_error_px: 0.25,
             outlines_per_frame: 32,
@@ -137,6 +163,12 @@ pub enum OptionsError {
 }
 
 impl RendererOptions {
+    /// Whether hulls can show relief.
+    pub(crate) fn has_relief(&self) -> bool {
+        let formats = &self.formats;
+        formats.colour.is_some() && formats.depth.is_some() && self.relief != ReliefQuality::Off
+    }
+
     pub(crate) fn check(&self) -> Result<(), OptionsError> {
         let formats = &self.formats;
         if let Some(DepthTarget { format, .. }) = formats.depth

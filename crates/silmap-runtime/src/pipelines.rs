@@ -28,6 +28,16 @@ pub(crate) struct Layouts {
     outlines: wgpu::BindGroupLayout,
     asset: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
+    depth_sampler: wgpu::Sampler,
+}
+
+/// What an asset has on the device: its uniform, its texture views, its atlas and its depths.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AssetBindings<'a> {
+    pub(crate) uniform: &'a wgpu::Buffer,
+    pub(crate) views: &'a wgpu::TextureView,
+    pub(crate) atlas: &'a wgpu::TextureView,
+    pub(crate) depths: &'a wgpu::TextureView,
 }
 
 impl Layouts {
@@ -73,8 +83,16 @@ impl Layouts {
                     texture(colour, wgpu::TextureViewDimension::D2Array),
                     texture(colour, wgpu::TextureViewDimension::D2),
                     wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                    texture(colour, wgpu::TextureViewDimension::D2Array),
+                    wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
                 ],
             ),
+            depth_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("depths"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
             sampler: device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("paint"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -103,15 +121,15 @@ impl Layouts {
     pub(crate) fn bind_asset(
         &self,
         device: &wgpu::Device,
-        uniform: &wgpu::Buffer,
-        views: &wgpu::TextureView,
-        atlas: &wgpu::TextureView,
+        asset: &AssetBindings<'_>,
     ) -> wgpu::BindGroup {
         let resources = [
-            uniform.as_entire_binding(),
-            wgpu::BindingResource::TextureView(views),
-            wgpu::BindingResource::TextureView(atlas),
+            asset.uniform.as_entire_binding(),
+            wgpu::BindingResource::TextureView(asset.views),
+            wgpu::BindingResource::TextureView(asset.atlas),
             wgpu::BindingResource::Sampler(&self.sampler),
+            wgpu::BindingResource::TextureView(asset.depths),
+            wgpu::BindingResource::Sampler(&self.depth_sampler),
         ];
         let entries: Vec<_> = (0..)
             .zip(resources)
@@ -179,6 +197,8 @@ struct Kind {
     blend: Option<wgpu::BlendState>,
     writes_colour: bool,
     to_samples: bool,
+    /// Of the fragment shader.
+    constants: &'static [(&'static str, f64)],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,20 +212,98 @@ enum DepthTest {
 pub(crate) struct Pipelines {
     /// For outlines in the stencil.
     pub(crate) windings: Option<(wgpu::RenderPipeline, wgpu::RenderPipeline)>,
-    pub(crate) hulls: wgpu::RenderPipeline,
+    on_hull: HullPipelines,
+    by_relief: Option<HullPipelines>,
+}
+
+/// Those that draw hulls.
+#[derive(Debug)]
+pub(crate) struct HullPipelines {
+    pub(crate) clipped: wgpu::RenderPipeline,
     /// Pixels covered in part, where those are drawn apart.
     pub(crate) borders: Option<wgpu::RenderPipeline>,
     pub(crate) whole: wgpu::RenderPipeline,
 }
 
+/// The shaders of one way to show hulls.
+struct HullShaders {
+    whole: Shader,
+    inside: Shader,
+    samples: Shader,
+    four_samples: Shader,
+    soft: Shader,
+    border: Shader,
+    is_relief: bool,
+}
+
+const ON_HULL: HullShaders = HullShaders {
+    whole: shaders::HULL,
+    inside: shaders::HULL_INSIDE,
+    samples: shaders::HULL_SAMPLES,
+    four_samples: shaders::HULL_FOUR_SAMPLES,
+    soft: shaders::HULL_SOFT,
+    border: shaders::HULL_SOFT_BORDER,
+    is_relief: false,
+};
+
+const BY_RELIEF: HullShaders = HullShaders {
+    whole: shaders::RELIEF_HULL,
+    inside: shaders::RELIEF_INSIDE,
+    samples: shaders::RELIEF_SAMPLES,
+    four_samples: shaders::RELIEF_FOUR_SAMPLES,
+    soft: shaders::RELIEF_SOFT,
+    border: shaders::RELIEF_SOFT_BORDER,
+    is_relief: true,
+};
+
 impl Pipelines {
     pub(crate) fn new(device: &wgpu::Device, layouts: &Layouts, options: &RendererOptions) -> Self {
+        let windings = Kind {
+            shader: shaders::WINDINGS,
+            has_corners: false,
+            stencil: Stencil::Count,
+            writes_depth: false,
+            depth: None,
+            blend: None,
+            writes_colour: false,
+            to_samples: false,
+            constants: &[],
+        };
+        let clear = Kind {
+            stencil: Stencil::Clear,
+            ..windings
+        };
+        let make = |kind: &Kind| make(device, layouts, options, kind);
+        let hulls = |shaders| HullPipelines::new(device, layouts, options, shaders);
+        Self {
+            windings: (options.clip == ClipBy::Stencil).then(|| (make(&windings), make(&clear))),
+            on_hull: hulls(&ON_HULL),
+            by_relief: options.has_relief().then(|| hulls(&BY_RELIEF)),
+        }
+    }
+
+    /// Those that show the hull's own surface, or the model's within it; `None` where they were not asked for.
+    pub(crate) fn of_hull(&self, has_relief: bool) -> Option<&HullPipelines> {
+        match has_relief {
+            true => self.by_relief.as_ref(),
+            false => Some(&self.on_hull),
+        }
+    }
+}
+
+impl HullPipelines {
+    fn new(
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        options: &RendererOptions,
+        shaders: &HullShaders,
+    ) -> Self {
         let make = |kind: &Kind| make(device, layouts, options, kind);
         let has_colour = options.formats.colour.is_some();
         let has_depth = options.formats.depth.is_some();
         let hull = Kind {
             shader: if has_colour {
-                shaders::HULL
+                shaders.whole
             } else {
                 shaders::HULL_DEPTH
             },
@@ -216,6 +314,11 @@ impl Pipelines {
             blend: None,
             writes_colour: has_colour,
             to_samples: false,
+            constants: if shaders.is_relief {
+                options.relief.constants()
+            } else {
+                &[]
+            },
         };
         // OpenGL's shaders cannot choose samples: the device spreads them by alpha.
         let is_opengl = device.adapter_info().backend == wgpu::Backend::Gl;
@@ -228,7 +331,7 @@ impl Pipelines {
             },
             (true, true) => Kind {
                 shader: if has_depth {
-                    shaders::HULL_SOFT
+                    shaders.soft
                 } else {
                     shaders::HULL_BLENDED
                 },
@@ -236,29 +339,19 @@ impl Pipelines {
                 ..hull
             },
             (true, false) if options.formats.samples == 4 && !is_opengl => Kind {
-                shader: shaders::HULL_FOUR_SAMPLES,
+                shader: shaders.four_samples,
                 ..hull
             },
             (true, false) if options.formats.samples > 1 => Kind {
-                shader: shaders::HULL_SAMPLES,
+                shader: shaders.samples,
                 to_samples: true,
                 blend: Some(OPAQUE_SAMPLES),
                 ..hull
             },
             (true, false) => Kind {
-                shader: shaders::HULL_INSIDE,
+                shader: shaders.inside,
                 ..hull
             },
-        };
-        let windings = Kind {
-            shader: shaders::WINDINGS,
-            has_corners: false,
-            stencil: Stencil::Count,
-            writes_depth: false,
-            depth: None,
-            blend: None,
-            writes_colour: false,
-            to_samples: false,
         };
         let is_stencil = options.clip == ClipBy::Stencil;
         let clipped = if is_stencil {
@@ -269,20 +362,15 @@ impl Pipelines {
         } else {
             by_coverage
         };
-        let clear = Kind {
-            stencil: Stencil::Clear,
-            ..windings
-        };
         let border = Kind {
-            shader: shaders::HULL_SOFT_BORDER,
+            shader: shaders.border,
             blend: blended,
             writes_depth: false,
             depth: Some(DepthTest::Equal),
             ..hull
         };
         Self {
-            windings: is_stencil.then(|| (make(&windings), make(&clear))),
-            hulls: make(&clipped),
+            clipped: make(&clipped),
             borders: (is_soft && has_depth).then(|| make(&border)),
             whole: make(&hull),
         }
@@ -341,7 +429,10 @@ fn make(
     let fragment = Some(wgpu::FragmentState {
         module: &module,
         entry_point: Some("fs_main"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            constants: kind.constants,
+            ..Default::default()
+        },
         targets: targets.as_slice(),
     });
     let depth_stencil = options.formats.depth.map(|depth| {

@@ -11,12 +11,12 @@ use crate::asset::AssetData;
 use crate::block_cache::{BlockCache, KeptRef};
 use crate::cells::{Bearing, Cell, CellKey, ReuseError};
 use crate::curve::{Frame, Texel, points_of};
-use crate::draws::{Draw, DrawOrder, Record, Visible};
+use crate::draws::{Draw, DrawOrder, Hull, Record, Visible};
 use crate::instance::{Instance, Outline};
 use crate::interpolate::Maker;
 use crate::view::{Eye, Rect, View};
 use crate::worker::{HowToMake, Wanted, sorting_of};
-use crate::{PrepareError, RendererOptions};
+use crate::{Paint, PrepareError, RendererOptions};
 
 /// What a frame came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,6 +71,8 @@ pub(crate) struct Plan {
     maker: Maker,
     wanted: Vec<Wanted>,
     visible: Vec<Visible>,
+    /// Whether hulls can show relief.
+    has_relief: bool,
     before: Vec<Option<Before>>,
     order: DrawOrder,
     frame: u64,
@@ -123,6 +125,7 @@ impl Plan {
             visible: Vec::new(),
             before: Vec::new(),
             order: DrawOrder::new(options),
+            has_relief: options.has_relief(),
             frame: 0,
             texels: vec![[0; 4]; texels as usize],
             assets: Vec::new(),
@@ -219,16 +222,24 @@ impl Plan {
         };
         let matrix = eye.clip_from_world * transform.matrix(asset.origin);
         let local_eye = place - asset.origin.extend(0.0) * place.w;
+        let has_relief = instance.paint == Paint::Relief && asset.has_relief && self.has_relief;
+        let paint = match instance.paint {
+            Paint::Relief => Paint::Blended,
+            other => other,
+        };
         let asset_at = self.asset_index(asset);
         let mut visible = Visible {
             record: Record {
                 clip_from_object: matrix.as_mat4().to_cols_array_2d(),
                 eye: local_eye.as_vec4().to_array(),
-                outline: [0, 0, instance.paint as u32, 0],
+                outline: [0, 0, paint as u32, 0],
                 sphere: record_sphere(asset, (asset.map.center, asset.map.radius)),
             },
             instance: k,
-            asset: asset_at,
+            hull: Hull {
+                asset: asset_at,
+                has_relief,
+            },
             depth: eye.depth_of(middle),
             rect,
             wanted: None,

@@ -215,20 +215,23 @@ impl Renderer {
                     pass.set_vertex_buffer(0, slice(records));
                     pass.draw(0..3 * edges, 0..records.end - records.start);
                 }
-                Draw::Hulls { records, asset }
-                | Draw::Whole { records, asset }
-                | Draw::Borders { records, asset } => {
+                Draw::Hulls { records, hull }
+                | Draw::Whole { records, hull }
+                | Draw::Borders { records, hull } => {
+                    let Some(of_hull) = self.pipelines.of_hull(hull.has_relief) else {
+                        continue;
+                    };
                     let pipeline = match draw {
-                        Draw::Whole { .. } => &self.pipelines.whole,
-                        Draw::Borders { .. } => match &self.pipelines.borders {
+                        Draw::Whole { .. } => &of_hull.whole,
+                        Draw::Borders { .. } => match &of_hull.borders {
                             Some(borders) => borders,
                             None => continue,
                         },
-                        _ => &self.pipelines.hulls,
+                        _ => &of_hull.clipped,
                     };
                     pass.set_pipeline(pipeline);
                     pass.set_vertex_buffer(1, slice(records));
-                    self.plan.assets[*asset].draw(pass, records.end - records.start);
+                    self.plan.assets[hull.asset].draw(pass, records.end - records.start);
                 }
             }
         }

@@ -5,6 +5,7 @@ use silmap_gpu::wgpu;
 use silmap_map::{EncodedImage, TextureSet};
 
 use crate::LoadError;
+use crate::facing::{facing, set_facing};
 use crate::mips::{Halving, level_count};
 
 /// Texture views that a face's visibility bits can name; the length of the arrays in `shaders/paint.wgsl`.
@@ -38,7 +39,7 @@ pub(crate) fn blank() -> ColourImage {
 
 /// Layers of the array of `views` pictures. WebGL2 takes an array of one layer for a plain image, and one of a multiple of
 /// six square layers for a cube, so such counts get a layer more.
-fn layer_count(views: u32) -> u32 {
+pub(crate) fn layer_count(views: u32) -> u32 {
     let layers = views.max(2);
     if layers.is_multiple_of(6) {
         layers + 1
@@ -57,8 +58,14 @@ pub(crate) fn upload_views(
         .views
         .iter()
         .enumerate()
-        .map(|(index, view)| decode(&view.image, index))
-        .collect::<Result<Vec<_>, _>>()?;
+        .map(|(index, view)| {
+            let mut picture = decode(&view.image, index)?;
+            if let Some(relief) = &textures.relief {
+                set_facing(&mut picture, &facing(relief, index, &view.camera), relief);
+            }
+            Ok(picture)
+        })
+        .collect::<Result<Vec<_>, LoadError>>()?;
     if pictures.is_empty() {
         pictures.push(blank());
     }

@@ -162,6 +162,9 @@ pub(super) struct TexturePart {
     pub(super) cameras_view: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) atlas: Option<AtlasPart>,
+    /// How deep the model lies in each picture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) depths_view: Option<usize>,
 }
 
 /// The atlas.

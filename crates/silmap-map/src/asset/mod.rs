@@ -4,11 +4,12 @@
 //! colour and, where they were baked, its normals. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
 //! model, at the model's place. Modules: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
-//! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
+//! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`relief`] (depths of texture views, by [`arithmetic`]), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
 
+mod arithmetic;
 mod attach;
 mod container;
 mod contents;
@@ -24,6 +25,7 @@ mod pictures;
 mod placement;
 mod read;
 mod references;
+mod relief;
 mod same_hull;
 mod silhouettes;
 mod tangents;
@@ -51,6 +53,9 @@ pub use write::write;
 
 /// Most texture views an asset may have: one bit each in a face's visibility word.
 pub const MAX_TEXTURE_VIEWS: usize = 64;
+
+/// Bits that a depth of [`Relief`] may have.
+pub const DEPTH_BITS: std::ops::RangeInclusive<u32> = relief::BITS;
 
 /// An image file in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,6 +111,49 @@ pub struct TextureSet {
     pub visible_views: Vec<u64>,
     /// The atlas, for faces no view sees and for plain glTF viewers.
     pub atlas: Option<Atlas>,
+    /// How deep the model lies in each picture.
+    pub relief: Option<Relief>,
+}
+
+/// How deep the model lies in the pictures of the texture views.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Relief {
+    /// Bits of a code, 2 to 14.
+    pub bits: u32,
+    /// Columns of each depth picture, at most 4096. It has the field of view of the texture view's camera.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// As many as there are texture views.
+    pub views: Vec<DepthPicture>,
+}
+
+/// How deep the model lies in a texture view: lengths along the camera's forward direction.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DepthPicture {
+    /// The depth of code 1.
+    pub near: f64,
+    /// The depth of the largest code.
+    pub far: f64,
+    /// Per pixel, row by row: 0 where nothing is seen, else a step from `near` to `far`.
+    pub codes: Vec<u16>,
+}
+
+impl Relief {
+    /// Bytes that it takes in a file; zero where it cannot be stored.
+    #[must_use]
+    pub fn stored_bytes(&self) -> u64 {
+        relief::encode(self, self.views.len()).map_or(0, |bytes| bytes.len() as u64)
+    }
+
+    /// The depth that a code of a view stands for; `None` where nothing is seen.
+    #[must_use]
+    pub fn depth(&self, view: usize, code: u16) -> Option<f64> {
+        let steps = f64::from((1_u32 << self.bits) - 2);
+        let DepthPicture { near, far, .. } = self.views[view];
+        let step = code.checked_sub(1)?;
+        Some(near + (far - near) * f64::from(step) / steps)
+    }
 }
 
 /// How an asset was made.

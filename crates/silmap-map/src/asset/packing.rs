@@ -151,6 +151,11 @@ impl<'a> Decoder<'a> {
         Ok(u64::from_le_bytes(array))
     }
 
+    /// What was not read yet, for another reader.
+    pub(super) fn rest(self) -> &'a [u8] {
+        self.rest
+    }
+
     /// To be called at the end: everything was read.
     pub(super) fn finish(self) -> Result<(), AssetError> {
         match self.rest.len() {

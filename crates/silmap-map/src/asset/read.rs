@@ -19,7 +19,7 @@ use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
     TextureView,
 };
-use super::{container, levels, order, paint, parts, placement, silhouettes};
+use super::{container, levels, order, paint, parts, placement, relief, silhouettes};
 
 /// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
 ///
@@ -68,6 +68,8 @@ pub fn sizes_with(file: &[u8], beside: Beside<'_>) -> Result<AssetSizes, AssetEr
     let atlas = textures.atlas.as_ref();
     let atlas = atlas.into_iter().flat_map(|a| [Some(a.image), a.normals]);
     let mut paint = data.view(textures.cameras_view)?.len();
+    let depths = data.view_if_there(textures.depths_view)?;
+    paint += depths.map_or(0, <[u8]>::len);
     for &image in textures
         .images
         .iter()
@@ -290,6 +292,11 @@ impl<'a> Contents<'a> {
             None => None,
         };
 
+        let relief = match self.data().view_if_there(textures.depths_view)? {
+            Some(bytes) => Some(relief::decode(bytes, views.len())?),
+            None => None,
+        };
+
         let header = MapHeader {
             center: map.center.into(),
             radius: map.radius,
@@ -338,6 +345,7 @@ impl<'a> Contents<'a> {
                 views,
                 visible_views,
                 atlas,
+                relief,
             },
             placement: Placement {
                 in_model,

@@ -167,6 +167,7 @@ fn small_asset() -> Asset {
             }],
             visible_views: vec![1],
             atlas: None,
+            relief: None,
         },
         placement: Placement::default(),
     }

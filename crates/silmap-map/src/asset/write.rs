@@ -9,7 +9,8 @@ use super::document::{
 };
 use super::pictures::{check_atlas_picture, check_picture};
 use super::{
-    Asset, AssetError, hull_mesh, levels, order, paint, parts, read, references, silhouettes,
+    Asset, AssetError, hull_mesh, levels, order, paint, parts, read, references, relief,
+    silhouettes,
 };
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
@@ -115,6 +116,10 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             images,
             cameras_view: buffers.push(&paint::encode(textures, hull.faces.len())?),
             atlas,
+            depths_view: match &textures.relief {
+                Some(depths) => Some(buffers.push(&relief::encode(depths, textures.views.len())?)),
+                None => None,
+            },
         },
     };
     document.translation = unless_zero(placement.in_scene)?;

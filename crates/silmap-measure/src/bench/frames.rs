@@ -28,18 +28,34 @@ pub(super) enum Region<'r, 'm> {
     Exact(&'r mut Extractor<'m>),
 }
 
-pub(crate) fn params(
-    camera: Camera,
-    mode: Mode,
-    method: Method,
-    antialias: Antialias,
-) -> FrameParams {
+/// What a frame shows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Look {
+    pub(crate) mode: Mode,
+    pub(crate) method: Method,
+    pub(crate) antialias: Antialias,
+    pub(crate) paint: Paint,
+}
+
+impl Look {
+    /// With the hull's own surface.
+    pub(crate) fn new(mode: Mode, method: Method, antialias: Antialias) -> Self {
+        Self {
+            mode,
+            method,
+            antialias,
+            paint: Paint::Blended,
+        }
+    }
+}
+
+pub(crate) fn params(camera: Camera, look: Look) -> FrameParams {
     FrameParams {
         camera,
-        mode,
-        method,
-        paint: Paint::default(),
-        antialias,
+        mode: look.mode,
+        method: look.method,
+        paint: look.paint,
+        antialias: look.antialias,
         background: Background::Transparent,
         edges: EdgeParams::default(),
         shadow: None,

@@ -7,12 +7,14 @@
 //! ([`photographed`]), completed by pictures of the original where they see nothing.
 
 mod atlas;
+mod detail;
 mod encode;
 mod item_buffer;
 mod parametrisation;
 mod params;
 mod photographed;
 mod picture;
+mod relief;
 mod surface;
 mod tiles;
 mod views;
@@ -24,7 +26,7 @@ use glam::DVec2;
 use image::ImageError;
 use rayon::prelude::*;
 use silmap_geometry::{Bvh, Camera, CameraError, ClosedMesh, Photograph};
-use silmap_map::{Atlas, CoarseHull, TextureSet, TextureView};
+use silmap_map::{Atlas, CoarseHull, Relief, TextureSet, TextureView};
 use thiserror::Error;
 
 use crate::capture;
@@ -150,6 +152,10 @@ pub fn bake_photographed(
         watch,
     };
     let chosen = chooser.choose(candidates, photographs)?;
+    let params = &TextureParams {
+        size_px: detail::side_px(&surface, &chosen, params, watch)?,
+        ..*params
+    };
     let model = (&surface, bvh, original.bounds().radius);
     let mut textures = paint(model, hull, (&hull_faces, &chosen), params, (1.0, watch))?;
     if let Some(budget) = params.budget_bytes {
@@ -166,14 +172,15 @@ pub fn bake_photographed(
     Ok(textures)
 }
 
-/// Bytes of all pictures.
+/// Bytes of all pictures, and of depths.
 #[must_use]
 pub fn picture_bytes(textures: &TextureSet) -> u64 {
     let atlas = textures.atlas.iter();
     let of_atlas = atlas.flat_map(|a| [Some(&a.image), a.normals.as_ref()]);
     let views = textures.views.iter().map(|view| &view.image);
     let all = views.chain(of_atlas.flatten());
-    all.map(|image| image.bytes.len() as u64).sum()
+    let depths = textures.relief.as_ref().map_or(0, Relief::stored_bytes);
+    depths + all.map(|image| image.bytes.len() as u64).sum::<u64>()
 }
 
 /// Takes the pictures of chosen views and bakes the atlas, all of them with sides of that scale.
@@ -192,6 +199,14 @@ fn paint(
     let layout = TileLayout::new(&hull_faces.areas, scaled(params.atlas_px), params.tiles);
     let shooter = Shooter::new(hull, (bvh, radius), params.parametrisation);
     let baker = AtlasBaker::new(&layout, hull, shooter, surface, params.normals);
+    // A photograph does not show all that is seen from its place, and which part cannot be told from depths.
+    let is_drawn = !chosen.is_empty() && chosen.iter().all(|c| c.photograph.is_none());
+    let relief = if params.relief_px > 0 && is_drawn {
+        let side = (scaled(params.relief_px), params.relief_bits);
+        Some(relief::take(surface.mesh, &cameras, side, watch)?)
+    } else {
+        None
+    };
     let raw = RawSet {
         views: take_pictures(surface, chosen, &cameras, watch)?,
         ..raw_atlas(&baker, watch)?
@@ -201,6 +216,8 @@ fn paint(
         Some(budget) => {
             let is_last = SCALES.last() == Some(&scale);
             let least = if is_last { 1 } else { LEAST_QUALITY };
+            let depths = relief.as_ref().map_or(0, Relief::stored_bytes);
+            let budget = budget.saturating_sub(depths);
             let qualities: RangeInclusive<u8> = least.min(params.quality)..=params.quality;
             raw.encode_within(params.format, qualities, budget)?.0
         }
@@ -213,6 +230,7 @@ fn paint(
                 chosen.iter().enumerate().map(bit).sum()
             })
             .collect(),
+        relief,
         views: views
             .map(|(camera, image)| TextureView { camera, image })
             .collect(),

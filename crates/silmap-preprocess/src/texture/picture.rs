@@ -51,7 +51,7 @@ impl Picture {
     }
 
     /// Bilinear colour at a place in pixels (pixel centres at +0.5), repeating the border.
-    fn sample(&self, x: f32, y: f32) -> [f32; 3] {
+    pub(super) fn sample(&self, x: f32, y: f32) -> [f32; 3] {
         let near = |v: f32, size: usize| {
             let low = (v - 0.5).floor();
             let index = |v: f32| v.clamp(0.0, (size - 1) as f32) as usize;

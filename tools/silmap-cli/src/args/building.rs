@@ -42,7 +42,7 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 25] = [
+const FROM_CONFLICTS: [&str; 27] = [
     "model",
     "views",
     "choose_by",
@@ -57,6 +57,8 @@ const FROM_CONFLICTS: [&str; 25] = [
     "texture_format",
     "texture_quality",
     "texture_bytes",
+    "relief",
+    "relief_bits",
     "atlas_size",
     "tiles",
     "parametrisation",
@@ -71,8 +73,8 @@ const FROM_CONFLICTS: [&str; 25] = [
 ];
 
 /// What an asset that is built like another takes from that one.
-const PARAMS_FROM_CONFLICTS: [&str; 26] = {
-    let mut names = ["from"; 26];
+const PARAMS_FROM_CONFLICTS: [&str; 28] = {
+    let mut names = ["from"; 28];
     names[1] = "keep";
     names[2] = "max_error";
     // All of those between the model and what is not a param.
@@ -210,18 +212,25 @@ pub(crate) struct TextureArgs {
     /// Pictures of the model that are projected onto the hull
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) texture_views: u32,
-    /// Side of those pictures in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
-    pub(crate) texture_size: u32,
+    /// Side of those pictures in pixels [default: 512, or with relief 768 or 1024 where the model has detail that is lost otherwise]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) texture_size: Option<u32>,
     /// What pictures are stored as
     #[arg(long, value_name = "FORMAT", value_enum, default_value_t = PictureFormatArg::Jpeg)]
     pub(crate) texture_format: PictureFormatArg,
-    /// Quality of pictures that lose something
-    #[arg(long, value_name = "1..100", default_value_t = 88, value_parser = clap::value_parser!(u8).range(1..=100))]
-    pub(crate) texture_quality: u8,
+    /// Quality of pictures that lose something [default: 94, without relief 88]
+    #[arg(long, value_name = "1..100", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) texture_quality: Option<u8>,
     /// Most bytes of all pictures together, such as 400K: quality falls to 60 first, then sides, then quality again
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub(crate) texture_bytes: Option<u64>,
+    /// Side of the depth pictures that the texture views carry, by which the model's surface is found within the hull; `off` for none, and
+    /// there are none where texture views are photographs [default: 512, or --texture-size where that is less]
+    #[arg(long, value_name = "PIXELS|off", value_parser = parse_relief)]
+    pub(crate) relief: Option<u32>,
+    /// Bits of a depth
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(2..=14))]
+    pub(crate) relief_bits: u32,
     /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it
     #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
     pub(crate) atlas_size: u32,
@@ -236,13 +245,37 @@ pub(crate) struct TextureArgs {
     pub(crate) no_normals: bool,
 }
 
+/// Colours that lie beside their places are not worth more.
+const QUALITY_WITHOUT_RELIEF: u8 = 88;
+
+/// A side in pixels, or 0 for `off`.
+fn parse_relief(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        _ if text == "off" => Ok(0),
+        Ok(side @ 16..=2048) => Ok(side),
+        _ => Err("it is neither `off` nor a number of pixels from 16 to 2048".into()),
+    }
+}
+
 impl From<&TextureArgs> for TextureParams {
     fn from(args: &TextureArgs) -> Self {
+        let default = Self::default();
+        let size_px = args.texture_size.unwrap_or(default.size_px);
+        let relief_px = args.relief.unwrap_or(default.relief_px.min(size_px));
+        let is_plain = relief_px == 0;
+        let quality = if is_plain {
+            QUALITY_WITHOUT_RELIEF
+        } else {
+            default.quality
+        };
         Self {
             views: args.texture_views,
-            size_px: args.texture_size,
+            size_px,
+            detailed: default.detailed && args.texture_size.is_none() && !is_plain,
             format: args.texture_format.into(),
-            quality: args.texture_quality,
+            quality: args.texture_quality.unwrap_or(quality),
+            relief_px,
+            relief_bits: args.relief_bits,
             budget_bytes: args.texture_bytes,
             atlas_px: args.atlas_size,
             tiles: args.tiles.into(),

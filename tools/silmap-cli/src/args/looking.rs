@@ -45,6 +45,8 @@ pub(crate) enum ModeArg {
 /// What the hull shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PaintArg {
+    /// The model's surface within the hull, found by the depths of texture views; without them as `blended`
+    Relief,
     /// The texture views nearest to the eye, blended; tiles of the atlas where no view sees a face
     Blended,
     /// The one nearest view that sees a face, as in the paper; tiles where none does
@@ -97,7 +99,7 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) interpolation: InterpolationArgs,
     /// What the hull shows in the modes textured and clipped
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = PaintArg::Blended)]
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = PaintArg::Relief)]
     pub(crate) paint: PaintArg,
     /// How the outline is smoothed
     #[arg(long, value_name = "HOW", value_enum, default_value_t = AntialiasArg::Soft)]

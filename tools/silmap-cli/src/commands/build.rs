@@ -17,6 +17,7 @@ use silmap_preprocess::parts::PartParams;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport, Photographed};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
+use silmap_preprocess::texture::TextureParams;
 
 use crate::args::{BackendArg, BuildArgs, CarveArgs, CoverageArg, usage_error};
 use crate::commands::captured::{self, CaptureJson, CarvedCapture};
@@ -179,9 +180,8 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         // So that a missing adapter is known before the work, and by its own exit code.
         open_gpu()?;
     }
-    let texture_px = recipe.map_or(args.textures.texture_size, |recipe| {
-        recipe.build.textures.size_px
-    });
+    let asked_px = TextureParams::from(&args.textures).size_px;
+    let texture_px = recipe.map_or(asked_px, |recipe| recipe.build.textures.size_px);
     let mut carved = silmap_capture::is_capture(model_path)
         .then(|| CarvedCapture::of(model_path, &args.carving, texture_px))
         .transpose()?;
@@ -492,6 +492,12 @@ mod tests {
                 p.textures.format == texture::PictureFormat::Webp
             }),
             ("--texture-quality 70", |p| p.textures.quality == 70),
+            ("--relief off", |p| {
+                let plain = &p.textures;
+                (plain.relief_px, plain.detailed, plain.quality) == (0, false, 88)
+            }),
+            ("--relief 100", |p| p.textures.relief_px == 100),
+            ("--relief-bits 12", |p| p.textures.relief_bits == 12),
             ("--texture-bytes 3K", |p| {
                 p.textures.budget_bytes == Some(3072)
             }),

@@ -3,7 +3,7 @@
 use anyhow::bail;
 use serde::Serialize;
 use silmap_geometry::camera::in_short;
-use silmap_map::{Asset, asset};
+use silmap_map::{Asset, Relief, asset};
 use silmap_report::coverage_map;
 
 use crate::args::InspectArgs;
@@ -78,8 +78,38 @@ struct HullJson {
 struct TexturesJson {
     #[serde(flatten)]
     figures: TextureJson,
-    /// Pictures, cameras and visibility bits.
+    /// Null where texture views have no depths.
+    relief: Option<ReliefJson>,
+    /// Pictures, cameras, visibility bits and depths.
     bytes: u64,
+}
+
+/// The depths of texture views.
+#[derive(Serialize)]
+struct ReliefJson {
+    bits: u32,
+    size: [u32; 2],
+    /// Share of their pixels that show something.
+    seen: f64,
+    /// Mean of the codes of those.
+    code_mean: f64,
+}
+
+impl ReliefJson {
+    fn of(relief: &Relief) -> Self {
+        let codes = || relief.views.iter().flat_map(|view| &view.codes);
+        let (mut sum, mut seen) = (0_u64, 0_u64);
+        for &code in codes().filter(|&&code| code > 0) {
+            sum += u64::from(code);
+            seen += 1;
+        }
+        Self {
+            bits: relief.bits,
+            size: [relief.width_px, relief.height_px],
+            seen: seen as f64 / codes().count().max(1) as f64,
+            code_mean: sum as f64 / seen.max(1) as f64,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -152,6 +182,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
         },
         textures: TexturesJson {
             figures: TextureJson::of(asset),
+            relief: asset.textures.relief.as_ref().map(ReliefJson::of),
             bytes: sizes.textures,
         },
         bytes: sizes.total,

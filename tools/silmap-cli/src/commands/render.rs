@@ -337,6 +337,7 @@ impl From<ModeArg> for Mode {
 impl From<PaintArg> for Paint {
     fn from(paint: PaintArg) -> Self {
         match paint {
+            PaintArg::Relief => Self::Relief,
             PaintArg::Blended => Self::Blended,
             PaintArg::Nearest => Self::Nearest,
             PaintArg::Views => Self::Views,

@@ -218,6 +218,19 @@ prop_compose! {
                     true => (0..face_count as u32).map(|f| bits.rotate_left(f) & used).collect(),
                     false => Vec::new(),
                 },
+                relief: (numbers.1 % 2 == 1).then(|| Relief {
+                    bits: 9,
+                    width_px: 3,
+                    height_px: 2,
+                    views: views
+                        .iter()
+                        .map(|_| DepthPicture {
+                            near: 0.5,
+                            far: 2.0,
+                            codes: vec![0, 511, 1, 7, 0, 300],
+                        })
+                        .collect(),
+                }),
                 views,
                 atlas: uvs.map(|[u, v]| Atlas {
                     image: picture(true, 7),

@@ -1,0 +1,31 @@
+// The hull's vertices for relief, where no function of the outline clips them. Needs: instance, paint, relief, relief_vertex.
+
+struct Fragment {
+    @builtin(position) position: vec4f,
+    @location(0) normal: vec3f,
+    @location(1) atlas_uv: vec2f,
+    @location(2) place: vec3f,
+    @location(3) point: vec3f,
+    @location(4) clip: vec4f,
+    @location(5) @interpolate(flat, either) eye: vec4f,
+    @location(6) @interpolate(flat, either) views: vec2u,
+    @location(7) @interpolate(flat, either) weights: vec4f,
+    @location(8) @interpolate(flat, either) own_weights: vec4f,
+}
+
+@vertex
+fn vs_main(corner: Corner, instance: Instance) -> Fragment {
+    var out: Fragment;
+    out.position = instance_clip(instance, corner.position);
+    let relief = relief_vertex(corner, instance);
+    out.normal = corner.normal;
+    out.atlas_uv = corner.atlas_uv;
+    out.place = relief.place;
+    out.point = relief.point;
+    out.clip = relief.clip;
+    out.eye = instance.eye;
+    out.views = relief.views;
+    out.weights = relief.weights;
+    out.own_weights = relief.own_weights;
+    return out;
+}
