@@ -43,7 +43,7 @@ function changed(extension, at, change) {
 
 const OPTIONAL = new Set([
   "model.origin", "build.params", "build.uniformCurveView", "build.collapseOrderView", "map.levelsView", "map.photographed",
-  "textures.atlas", "textures.atlas.normals",
+  "textures.atlas", "textures.atlas.normals", "textures.depthsView",
 ]);
 
 /** What the schema takes and must not, or refuses and must not. */

@@ -31,7 +31,7 @@ const STEP_PX: f64 = 1.0 / VERTEX_STEPS_PER_PX;
 pub type LoopsWithDepths = (Vec<Loop>, Vec<Vec<f64>>);
 
 /// Finds the depth of the contour generator along `loops`, outlines of the object as `camera` sees it: at their vertices, as
-/// [`tangent_depths`] does, and at vertices that are added on their edges where it is not linear between these.
+/// [`tangent_depths`](super::tangent_depths) does, and at vertices that are added on their edges where it is not linear between these.
 ///
 /// Added vertices are rounded to the file's grid; with `outward_only`, to the side where the object is not.
 #[must_use]
