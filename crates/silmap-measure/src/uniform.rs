@@ -11,6 +11,7 @@ use silmap_geometry::{Bvh, Camera, ClosedMesh, Mask};
 use silmap_map::{
     CapturedErrors, InterpolateError, Interpolation, MapReader, Method, SilhouetteMap,
 };
+use silmap_preprocess::parts::{Part, parts};
 use silmap_preprocess::pipeline::{BuildError, BuildParams, Captured, without_unseen};
 
 use crate::evaluate::compare;
@@ -41,16 +42,19 @@ pub fn uniform_map(
     views: u32,
     watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    uniform_map_of((model, &Bvh::new(model.mesh())), params, views, watch)
+    let parts = parts(model, &params.parts, watch)?;
+    let tree = Bvh::new(model.mesh());
+    uniform_map_of((model, &tree, &parts), params, views, watch)
 }
 
 fn uniform_map_of(
-    (model, tree): (&ClosedMesh, &Bvh),
+    (model, tree, parts): (&ClosedMesh, &Bvh, &[Part]),
     params: &BuildParams,
     views: u32,
     watch: &Watch<'_>,
 ) -> Result<SilhouetteMap, BuildError> {
-    Captured::evenly(model, params, views, watch)?.map(model, tree, params, watch)
+    let captured = Captured::evenly(model, params, views, watch)?;
+    captured.map_by_parts(model, (tree, parts), params, watch)
 }
 
 /// Views and mean errors of maps of evenly spread views, most views first, measured at the views that a build by `params`
@@ -66,13 +70,14 @@ pub fn uniform_curve(
     let seen = without_unseen(model, params);
     let model = seen.as_ref().map_or(model, |(seen, _)| seen);
     let tree = Bvh::new(model.mesh());
+    let parts = parts(model, &params.parts, watch)?;
     let captured = Captured::evenly(model, params, params.views, watch)?;
     let counts = uniform_counts(params.views);
     watch.start(EVALUATE, counts.len() as u64);
     let mut curve = Vec::with_capacity(counts.len());
     for views in counts {
         watch.check()?;
-        if let Ok(map) = uniform_map_of((model, &tree), params, views, &watch.quiet())
+        if let Ok(map) = uniform_map_of((model, &tree, &parts), params, views, &watch.quiet())
             && let Ok(errors) = captured_errors(
                 &map,
                 (&captured.cameras, &captured.masks),

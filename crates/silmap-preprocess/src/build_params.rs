@@ -27,6 +27,8 @@ pub struct BuildParams {
     /// How far a contour may move when it is simplified, pixels.
     pub tolerance_px: f64,
     /// The parts that silhouettes are interpolated by.
+    // Recipes of earlier versions leave models whole.
+    #[serde(default = "PartParams::whole")]
     pub parts: PartParams,
     /// Which views are kept.
     pub map: SimplifyMapParams,

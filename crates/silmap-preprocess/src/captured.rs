@@ -15,6 +15,7 @@ use crate::build_params::BuildParams;
 use crate::capture::{capture, deep_contours, view_sphere};
 use crate::dense_map::{self, DenseMapParams, triangulate_view_sphere};
 use crate::part_outlines::PartOutlines;
+use crate::parts::{Part, parts};
 use crate::progress::{self, Unused};
 use crate::seen::{Viewpoints, covered, outline_in, reaching, viewpoints};
 use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
@@ -158,7 +159,26 @@ impl Captured {
         params: &BuildParams,
         watch: &Watch<'_>,
     ) -> Result<SilhouetteMap, BuildError> {
-        let views = self.views(model, tree, params, watch)?;
+        // What photographs show is not cut.
+        let parts = match self.seen.is_empty() {
+            true => parts(model, &params.parts, watch)?,
+            false => Vec::new(),
+        };
+        self.map_by_parts(model, (tree, &parts), params, watch)
+    }
+
+    /// As [`Captured::map`], with the model's parts, where they are known already.
+    ///
+    /// # Errors
+    /// As [`Captured::map`].
+    pub fn map_by_parts(
+        &self,
+        model: &ClosedMesh,
+        shape: (&Bvh, &[Part]),
+        params: &BuildParams,
+        watch: &Watch<'_>,
+    ) -> Result<SilhouetteMap, BuildError> {
+        let views = self.views(model, shape, params, watch)?;
         Ok(dense_map::build(views, &map_params(model, params))?)
     }
 
@@ -169,7 +189,7 @@ impl Captured {
     fn views(
         &self,
         model: &ClosedMesh,
-        tree: &Bvh,
+        (tree, parts): (&Bvh, &[Part]),
         params: &BuildParams,
         watch: &Watch<'_>,
     ) -> Result<Vec<CapturedView>, BuildError> {
@@ -179,15 +199,10 @@ impl Captured {
             outward_only: params.capture.coverage == CoverageRule::Any,
         };
         let is_of_photographs = !self.seen.is_empty();
-        let of_parts = if is_of_photographs {
-            None
-        } else {
-            Some(PartOutlines::new(
-                model,
-                (&self.cameras, &self.masks),
-                params,
-            ))
-        };
+        let of_parts = (!is_of_photographs).then(|| {
+            let seen = (self.cameras.as_slice(), self.masks.as_slice());
+            PartOutlines::new(model, parts, seen, (params, simplification))
+        });
         watch.start(progress::CONTOURS, self.cameras.len() as u64);
         let views = (self.cameras.par_iter().zip(&self.masks).enumerate())
             .map(|(view, (&camera, mask))| {

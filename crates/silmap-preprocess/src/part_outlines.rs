@@ -6,11 +6,10 @@ use silmap_geometry::trace::trace_contours;
 use silmap_geometry::{Bounds, Camera, ClosedMesh, CoverageRule, Loop, Mask};
 use silmap_map::ViewContour;
 
-use crate::build_error::BuildError;
 use crate::build_params::BuildParams;
-use crate::capture::{RimEdges, RimSearch, cpu, edge_depths};
-use crate::parts::hidden::Silhouettes;
-use crate::parts::{Part, parts};
+use crate::capture::{CaptureError, RimEdges, RimSearch, cpu, edge_depths};
+use crate::parts::Part;
+use crate::parts::hidden::{Near, Silhouettes};
 use crate::simplify_contour::{SimplifyContourParams, simplify_contours, thin_hidden};
 
 /// What lies less deep than this within all silhouettes near a view may come to be seen, pixels.
@@ -25,32 +24,30 @@ const MOST_ROOM_PX: f64 = 32.0;
 /// The parts of a model, and its silhouettes from all views.
 pub(crate) struct PartOutlines<'a> {
     bounds: &'a Bounds,
-    parts: Vec<Part>,
+    parts: &'a [Part],
     silhouettes: Option<Silhouettes<'a>>,
     rule: CoverageRule,
     simplification: SimplifyContourParams,
 }
 
+/// Loops, and of each of their vertices whether no eye near the view sees it.
+type Thinned = (Vec<Loop>, Vec<Vec<bool>>);
+
 impl<'a> PartOutlines<'a> {
-    /// Cuts a model into parts.
+    /// Of a model and its parts.
     pub(crate) fn new(
         model: &'a ClosedMesh,
+        parts: &'a [Part],
         (cameras, masks): (&'a [Camera], &[Mask]),
-        params: &BuildParams,
+        (params, simplification): (&BuildParams, SimplifyContourParams),
     ) -> Self {
-        let parts = parts(model, &params.parts);
         let bounds = model.bounds();
-        let rule = params.capture.coverage;
         Self {
             bounds,
             parts,
             silhouettes: Silhouettes::new((cameras, masks), bounds.center, params.map.keep),
-            rule,
-            simplification: SimplifyContourParams {
-                tolerance_px: params.tolerance_px,
-                // What is captured conservatively must stay so.
-                outward_only: rule == CoverageRule::Any,
-            },
+            rule: params.capture.coverage,
+            simplification,
         }
     }
 
@@ -62,13 +59,12 @@ impl<'a> PartOutlines<'a> {
         &self,
         view: usize,
         camera: &Camera,
-    ) -> Result<Vec<ViewContour>, BuildError> {
+    ) -> Result<Vec<ViewContour>, CaptureError> {
         let near = self.silhouettes.as_ref().map(|s| s.near(view));
         let mut mask = Mask::new(camera.width_px, camera.height_px);
         let mut contours = Vec::new();
-        let outward_only = self.simplification.outward_only;
-        for (number, part) in (0_u16..).zip(&self.parts) {
-            cpu::rasterise(&part.mesh, camera, self.rule, &mut mask).map_err(BuildError::from)?;
+        for (number, part) in (0_u16..).zip(self.parts) {
+            cpu::rasterise(&part.mesh, camera, self.rule, &mut mask)?;
             let loops = simplify_contours(&trace_contours(&mask), &self.simplification);
             let edges = part.edges.seen_by(&part.mesh, camera);
             let (loops, is_hidden) = match &near {
@@ -83,7 +79,7 @@ impl<'a> PartOutlines<'a> {
                 bounds: self.bounds,
                 camera,
                 edges: Some(&edges),
-                outward_only,
+                outward_only: self.simplification.outward_only,
             };
             let (loops, depths) = search.deep_contours(&loops, &is_hidden);
             contours.extend(
@@ -99,27 +95,16 @@ impl<'a> PartOutlines<'a> {
     }
 
     /// Thins out what no eye near the view sees, and leaves out loops of which none sees anything.
-    fn thinned(
-        &self,
-        edges: &RimEdges,
-        camera: &Camera,
-        loops: &[Loop],
-        near: &[usize],
-    ) -> (Vec<Loop>, Vec<Vec<bool>>) {
-        let Some(silhouettes) = &self.silhouettes else {
-            return (loops.to_vec(), Vec::new());
-        };
-        let depths = edge_depths(edges, loops);
+    fn thinned(&self, edges: &RimEdges, camera: &Camera, loops: &[Loop], near: &Near) -> Thinned {
         let room = |p: DVec2, depth: Option<f64>| {
             let Some(depth) = depth else { return 0.0 };
             let point = camera.object_from_image(p, depth);
-            let deep = silhouettes.depth(point, near, LEAST_DEPTH_PX) - LEAST_DEPTH_PX;
-            (ROOM_SHARE * deep).clamp(0.0, MOST_ROOM_PX)
+            (ROOM_SHARE * near.beyond(point, LEAST_DEPTH_PX)).min(MOST_ROOM_PX)
         };
-        let rooms: Vec<Vec<f64>> = (loops.iter().zip(&depths))
+        let rooms: Vec<Vec<f64>> = (loops.iter().zip(edge_depths(edges, loops)))
             .map(|(points, depths)| {
                 let vertices = points.iter().zip(depths);
-                vertices.map(|(&p, &depth)| room(p, depth)).collect()
+                vertices.map(|(&p, depth)| room(p, depth)).collect()
             })
             .collect();
         let thinned = thin_hidden(loops, &rooms, self.simplification.outward_only);

@@ -109,20 +109,19 @@ pub fn build_photographed(
         )
     })?;
     let dense = timed(&mut seconds.contours, || {
-        let mut dense = captured.map(model, &tree, params, watch)?;
-        // Coarser contours for pictures in which the model is small, and for choosing views.
-        add_levels(&mut dense);
-        Ok::<_, BuildError>(dense)
+        captured.map(model, &tree, params, watch)
     })?;
     check_readable(&dense, params)?;
     let Captured { masks, unused, .. } = captured;
     let views = masks.len() as u32;
 
     // Views that their neighbours predict well go.
-    let (map, map_report) = timed(&mut seconds.map, || {
+    let (mut map, map_report) = timed(&mut seconds.map, || {
         simplify(&dense, &masks, &params.map, watch)
     })?;
     drop(masks);
+    // Coarser contours for pictures in which the model is small.
+    timed(&mut seconds.contours, || add_levels(&mut map));
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {

@@ -46,12 +46,13 @@ fn options_text(params: &BuildParams) -> String {
         false => "",
     };
     format!(
-        "--views {} {goal} --method {} --resolution {} --tolerance {} --coverage {coverage} --radius {}R --faces {} \
+        "--views {} {goal} --method {} --resolution {} --tolerance {} --parts {} --coverage {coverage} --radius {}R --faces {} \
          --texture-views {} --texture-size {} {} --backend {}{}{cavities}",
         params.views,
         params.map.method.name(),
         params.resolution_px,
         params.tolerance_px,
+        params.parts.most,
         params.view_radius_rel,
         params.hull.target_faces,
         params.textures.views,

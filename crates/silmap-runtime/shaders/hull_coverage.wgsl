@@ -1,4 +1,15 @@
-// How the outline covers a hull's fragment, whatever the hull shows. Needs: outline, hull_covered or relief_covered.
+// What a function of the outline needs of a hull's vertex, and how the outline covers a fragment, whatever the hull shows. Needs: outline,
+// instance, paint, hull_covered or relief_covered.
+
+fn fill_outline(out: ptr<function, Fragment>, corner: Corner, instance: Instance) {
+    let rows = outline_rows(instance.outline.x, instance.eye, instance.sphere.xyz, instance.sphere.w);
+    let point = vec4f(corner.position, 1.0);
+    (*out).seen = vec3f(dot(rows.x, point), dot(rows.y, point), dot(rows.w, point));
+    (*out).row_x = rows.x;
+    (*out).row_y = rows.y;
+    (*out).row_w = rows.w;
+    (*out).outline = instance.outline.xy;
+}
 
 fn fragment_coverage(fragment: Fragment) -> OutlineCoverage {
     let place = fragment.seen.xy / fragment.seen.z;

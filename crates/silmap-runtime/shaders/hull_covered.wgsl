@@ -1,4 +1,4 @@
-// The hull's vertices where a function of the outline clips them. Needs: outline, instance, paint.
+// The hull's vertices where a function of the outline clips them. Needs: outline, instance, paint, hull_coverage.
 
 struct Fragment {
     @invariant @builtin(position) position: vec4f,
@@ -20,8 +20,6 @@ struct Fragment {
 @vertex
 fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     let shares = paint_shares(corner, instance.eye, instance.outline.z);
-    let rows = outline_rows(instance.outline.x, instance.eye, instance.sphere.xyz, instance.sphere.w);
-    let point = vec4f(corner.position, 1.0);
     var out: Fragment;
     out.position = instance_clip(instance, corner.position);
     out.normal = corner.normal;
@@ -31,10 +29,6 @@ fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     out.point_c = paint_point(corner, instance.eye, shares.views.z);
     out.views = vec4u(shares.views, instance.outline.z);
     out.weights = shares.weights;
-    out.seen = vec3f(dot(rows.x, point), dot(rows.y, point), dot(rows.w, point));
-    out.row_x = rows.x;
-    out.row_y = rows.y;
-    out.row_w = rows.w;
-    out.outline = instance.outline.xy;
+    fill_outline(&out, corner, instance);
     return out;
 }

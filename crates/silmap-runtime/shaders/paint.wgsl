@@ -56,6 +56,42 @@ struct Shares {
     weights: vec4f,
 }
 
+// The four views nearest to the eye, nearest first, with the cosines of the angles between their directions and the eye's.
+struct Nearest {
+    views: vec4u,
+    cosines: vec4f,
+}
+
+// Farther than any view can be.
+const PAINT_NONE_NEAR = Nearest(vec4u(0u), vec4f(-1.0001));
+
+// Takes a view in where it is nearer than one of those.
+fn paint_take(nearest: ptr<function, Nearest>, view: u32, cosine: f32) {
+    let cosines = (*nearest).cosines;
+    let views = (*nearest).views;
+    if cosine > cosines.x {
+        (*nearest).cosines = vec4f(cosine, cosines.xyz);
+        (*nearest).views = vec4u(view, views.xyz);
+    } else if cosine > cosines.y {
+        (*nearest).cosines = vec4f(cosines.x, cosine, cosines.yz);
+        (*nearest).views = vec4u(views.x, view, views.yz);
+    } else if cosine > cosines.z {
+        (*nearest).cosines = vec4f(cosines.xy, cosine, cosines.z);
+        (*nearest).views = vec4u(views.xy, view, views.z);
+    } else if cosine > cosines.w {
+        (*nearest).cosines.w = cosine;
+        (*nearest).views.w = view;
+    }
+}
+
+// Weights of the first three of four views, up to scale: by inverse chords between the directions, less that of the fourth.
+fn paint_weights(cosines: vec4f) -> vec3f {
+    let distances = sqrt(max(2.0 - 2.0 * cosines, vec4f(0.0)));
+    let inverse = 1.0 / max(distances, vec4f(PAINT_LEAST));
+    return inverse.xyz - inverse.w;
+}
+
+
 fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
     var shares: Shares;
     shares.views = vec3u(0u);
@@ -68,10 +104,8 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
         to_eye = eye.xyz - corner.middle;
     }
     let direction = normalize(to_eye);
-    // The four nearest, nearest first: cosines of the angles between their directions and the eye's.
-    var cosines = vec4f(-1.0);
-    var views = vec4u(0u);
-    var nearest = 1e30;
+    var nearest = PAINT_NONE_NEAR;
+    var least = 1e30;
     var is_seen = false;
     var low = corner.visible.x;
     var high = corner.visible.y;
@@ -96,41 +130,26 @@ fn paint_shares(corner: Corner, eye: vec4f, mode: u32) -> Shares {
             if eye.w < 0.5 {
                 off = vec3f(1.0 - cosine, 0.0, 0.0);
             }
-            if dot(off, off) < nearest {
-                nearest = dot(off, off);
-                views.x = view;
+            if dot(off, off) < least {
+                least = dot(off, off);
+                nearest.views.x = view;
             }
-        } else if cosine > cosines.x || !is_seen {
-            // As far as all others: any is as good.
-            cosines = vec4f(cosine, cosines.xyz);
-            views = vec4u(view, views.xyz);
-        } else if cosine > cosines.y {
-            cosines = vec4f(cosines.x, cosine, cosines.yz);
-            views = vec4u(views.x, view, views.yz);
-        } else if cosine > cosines.z {
-            cosines = vec4f(cosines.xy, cosine, cosines.z);
-            views = vec4u(views.xy, view, views.z);
-        } else if cosine > cosines.w {
-            cosines.w = cosine;
-            views.w = view;
+        } else {
+            paint_take(&nearest, view, cosine);
         }
         is_seen = true;
     }
     if !is_seen {
         return shares;
     }
-    shares.views = views.xyz;
+    shares.views = nearest.views.xyz;
     shares.weights = vec4f(1.0, 0.0, 0.0, 0.0);
     if mode == PAINT_NEAREST {
         return shares;
     }
-    // Chords between the directions.
-    let distances = sqrt(max(2.0 - 2.0 * cosines, vec4f(0.0)));
-    let inverse = 1.0 / max(distances, vec4f(PAINT_LEAST));
-    let weights = inverse.xyz - inverse.w;
-    let sum = weights.x + weights.y + weights.z;
+    let weights = paint_weights(nearest.cosines);
     if weights.x > 0.0 {
-        shares.weights = vec4f(weights / sum, 0.0);
+        shares.weights = vec4f(weights / (weights.x + weights.y + weights.z), 0.0);
     }
     return shares;
 }

@@ -46,32 +46,13 @@ fn relief_views(corner: Corner, eye: vec4f) -> ReliefViews {
         to_eye = eye.xyz - corner.middle;
     }
     let direction = normalize(to_eye);
-    var cosines = vec4f(-2.0);
-    var views = vec4u(0u);
+    var nearest = PAINT_NONE_NEAR;
     for (var view = 0u; view < asset.counts.x; view++) {
         let to_view = asset.eyes[view].xyz - corner.middle;
-        let cosine = dot(to_view, direction) * inverseSqrt(dot(to_view, to_view));
-        if cosine > cosines.x {
-            cosines = vec4f(cosine, cosines.xyz);
-            views = vec4u(view, views.xyz);
-        } else if cosine > cosines.y {
-            cosines = vec4f(cosines.x, cosine, cosines.yz);
-            views = vec4u(views.x, view, views.yz);
-        } else if cosine > cosines.z {
-            cosines = vec4f(cosines.xy, cosine, cosines.z);
-            views = vec4u(views.xy, view, views.z);
-        } else if cosine > cosines.w {
-            cosines.w = cosine;
-            views.w = view;
-        }
+        paint_take(&nearest, view, dot(to_view, direction) * inverseSqrt(dot(to_view, to_view)));
     }
-    var found: ReliefViews;
-    found.views = views;
-    let distances = sqrt(max(2.0 - 2.0 * cosines, vec4f(0.0)));
-    let inverse = 1.0 / max(distances, vec4f(PAINT_LEAST));
-    let weights = inverse.xyz - inverse.w;
-    found.weights = weights / max(weights.x + weights.y + weights.z, 1e-20);
-    return found;
+    let weights = paint_weights(nearest.cosines);
+    return ReliefViews(nearest.views, weights / max(weights.x + weights.y + weights.z, 1e-20));
 }
 
 // A ray in the homogeneous texture coordinates of a view; the fourth is the depth from the hull's middle, in its radii.

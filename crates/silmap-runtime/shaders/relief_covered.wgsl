@@ -1,4 +1,5 @@
-// The hull's vertices for relief, where a function of the outline clips them. Needs: outline, instance, paint, relief, relief_vertex.
+// The hull's vertices for relief, where a function of the outline clips them. Needs: outline, instance, paint, relief, relief_vertex,
+// hull_coverage.
 
 struct Fragment {
     @invariant @builtin(position) position: vec4f,
@@ -21,24 +22,9 @@ struct Fragment {
 
 @vertex
 fn vs_main(corner: Corner, instance: Instance) -> Fragment {
-    let rows = outline_rows(instance.outline.x, instance.eye, instance.sphere.xyz, instance.sphere.w);
-    let point = vec4f(corner.position, 1.0);
     var out: Fragment;
     out.position = instance_clip(instance, corner.position);
-    let relief = relief_vertex(corner, instance);
-    out.normal = corner.normal;
-    out.atlas_uv = corner.atlas_uv;
-    out.place = relief.place;
-    out.point = relief.point;
-    out.clip = relief.clip;
-    out.eye = instance.eye;
-    out.views = relief.views;
-    out.weights = relief.weights;
-    out.own_weights = relief.own_weights;
-    out.seen = vec3f(dot(rows.x, point), dot(rows.y, point), dot(rows.w, point));
-    out.row_x = rows.x;
-    out.row_y = rows.y;
-    out.row_w = rows.w;
-    out.outline = instance.outline.xy;
+    fill_relief(&out, corner, instance);
+    fill_outline(&out, corner, instance);
     return out;
 }

@@ -17,15 +17,6 @@ struct Fragment {
 fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     var out: Fragment;
     out.position = instance_clip(instance, corner.position);
-    let relief = relief_vertex(corner, instance);
-    out.normal = corner.normal;
-    out.atlas_uv = corner.atlas_uv;
-    out.place = relief.place;
-    out.point = relief.point;
-    out.clip = relief.clip;
-    out.eye = instance.eye;
-    out.views = relief.views;
-    out.weights = relief.weights;
-    out.own_weights = relief.own_weights;
+    fill_relief(&out, corner, instance);
     return out;
 }

@@ -70,7 +70,7 @@ impl PairCache {
         // Places take turns: what one of them needed once another will need.
         let rooms = self.edges.iter().map(|edge| edge.pair.room());
         let room = rooms.fold(Room::default(), Room::max);
-        let kept = kept_of(room);
+        let kept = kept_of(room, self.most_vertices.len());
         if self.edges.len() > kept {
             self.edges.sort_by_key(|edge| Reverse(edge.last_used));
             self.edges.truncate(kept);
@@ -95,9 +95,9 @@ impl PairCache {
     }
 }
 
-/// How many polytope edges are kept when one of them needs this capacity.
-fn kept_of(room: Room) -> usize {
-    let affordable = MOST_PAIR_BYTES / room.bytes().max(1);
+/// How many polytope edges are kept when each of so many parts of one of them needs this capacity.
+fn kept_of(room: Room, parts: usize) -> usize {
+    let affordable = MOST_PAIR_BYTES / (parts.max(1) * room.bytes().max(1));
     affordable.clamp(LEAST_EDGES_KEPT, EDGES_KEPT)
 }
 
@@ -107,13 +107,14 @@ mod tests {
 
     #[test]
     fn fewer_edges_are_kept_when_they_need_much_room() {
-        assert_eq!(kept_of(Room::default()), EDGES_KEPT);
+        assert_eq!(kept_of(Room::default(), 1), EDGES_KEPT);
         let mut kept = Vec::new();
         for millions in 0..9 {
             let room = Room::of_corners(millions << 20);
-            kept.push(kept_of(room));
-            let is_within = kept_of(room) * room.bytes() <= MOST_PAIR_BYTES;
-            assert!(is_within || kept_of(room) == LEAST_EDGES_KEPT);
+            kept.push(kept_of(room, 1));
+            let of_parts = kept_of(room, 12);
+            let is_within = of_parts * 12 * room.bytes() <= MOST_PAIR_BYTES;
+            assert!(is_within || of_parts == LEAST_EDGES_KEPT);
         }
         assert!(kept.is_sorted_by(|a, b| a >= b), "{kept:?}");
         assert_eq!(kept.last(), Some(&LEAST_EDGES_KEPT));

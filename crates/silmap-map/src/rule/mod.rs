@@ -52,13 +52,13 @@ impl PairInterpolator {
         output: &mut DeepLoops,
     ) {
         output.clear();
-        let mut inverse_depth = 1.0;
+        let Some(first) = parts.first() else { return };
+        let inverse_depth = 1.0 / first.baseline();
         for (part, silhouettes) in (0_u16..).zip(parts) {
             if !silhouettes.is_in_both() {
                 continue;
             }
             output.set_part(part);
-            inverse_depth = 1.0 / silhouettes.baseline();
             self.interpolate_part(silhouettes, alpha, method, output);
         }
         output.transform(|p| {

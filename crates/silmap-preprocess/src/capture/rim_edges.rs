@@ -4,6 +4,7 @@
 //! farther out. Along them the depth of the contour generator is known exactly, without following a ray.
 
 use glam::{DVec2, DVec3};
+use silmap_geometry::topology::Topology;
 use silmap_geometry::{Camera, TriangleMesh};
 
 /// Side of the cells that edges are sorted into, pixels.
@@ -37,25 +38,17 @@ impl MeshEdges {
             let normal = mesh.face_cross(f);
             (normal, normal.dot(mesh.corners(f)[0]))
         };
-        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(3 * mesh.faces.len());
-        for (f, face) in (0_u32..).zip(&mesh.faces) {
-            for k in 0..3 {
-                let (a, b) = (face[k], face[(k + 1) % 3]);
-                sides.push(([a.min(b), a.max(b)], f));
-            }
-        }
-        sides.sort_unstable();
-        let mut edges = Vec::with_capacity(sides.len() / 2);
-        for beside in sides.chunk_by(|a, b| a.0 == b.0) {
-            let ends = beside[0].0;
-            match beside {
+        let topology = Topology::new(&mesh.faces, mesh.positions.len());
+        let mut edges = Vec::with_capacity(topology.edges().len());
+        for (edge, &ends) in topology.edges().iter().enumerate() {
+            match topology.edge_uses(edge) {
                 [one, two] => edges.push(Edge {
                     ends,
-                    faces: [one.1, two.1],
+                    faces: [one.face, two.face],
                 }),
-                _ => edges.extend(beside.iter().map(|side| Edge {
+                uses => edges.extend(uses.iter().map(|used| Edge {
                     ends,
-                    faces: [side.1; 2],
+                    faces: [used.face; 2],
                 })),
             }
         }
@@ -169,5 +162,57 @@ impl RimEdges {
             }
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capture::{cpu, edge_depths, tangent_depths};
+    use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
+    use silmap_geometry::bvh::Bvh;
+    use silmap_geometry::trace::trace_contours;
+    use silmap_geometry::{CoverageRule, Mask};
+    use silmap_models as models;
+
+    /// What rays find: the two ways share nothing but the mesh.
+    #[test]
+    fn edges_are_as_deep_as_rays_say() {
+        for mesh in [
+            models::trefoil_knot(20_000),
+            models::three_holed_torus(20_000),
+        ] {
+            let bounds = mesh.bounds();
+            let eye =
+                bounds.center + DVec3::new(0.4, 0.3, 0.8).normalize_or_zero() * 3.0 * bounds.radius;
+            let camera =
+                Camera::fit_sphere(eye, bounds.center, bounds.radius, None, (256, 256)).unwrap();
+            let mut mask = Mask::new(256, 256);
+            cpu::rasterise(&mesh, &camera, CoverageRule::Center, &mut mask).unwrap();
+            let params = SimplifyContourParams::default();
+            let loops = simplify_contours(&trace_contours(&mask), &params);
+            let by_rays = tangent_depths(&Bvh::new(&mesh), &bounds, &camera, &loops);
+            let by_edges = edge_depths(&MeshEdges::new(&mesh).seen_by(&mesh, &camera), &loops);
+            let rays = by_rays.iter().flatten();
+            let mut off: Vec<f64> = (by_edges.iter().flatten().zip(rays))
+                .filter_map(|(edge, ray)| Some((edge.as_ref()? - ray).abs() / bounds.radius))
+                .collect();
+            let found = off.len();
+            assert!(
+                found * 20 > by_rays.iter().flatten().count() * 19,
+                "{found} found"
+            );
+            off.sort_by(f64::total_cmp);
+            // At a jump in depth either may be met.
+            let (middle, most) = (off[found / 2], off[found * 9 / 10]);
+            assert!(middle < 0.01 && most < 0.05, "{middle} {most}");
+            // Those of the next vertex but five are something else.
+            let turned = by_rays.iter().flatten().cycle().skip(5);
+            let mut control: Vec<f64> = (by_edges.iter().flatten().zip(turned))
+                .filter_map(|(edge, ray)| Some((edge.as_ref()? - ray).abs() / bounds.radius))
+                .collect();
+            control.sort_by(f64::total_cmp);
+            assert!(control[found / 2] > 4.0 * middle, "{}", control[found / 2]);
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! What of a solid lies in a half-space, closed where it is cut.
 //!
-//! Faces are clipped one by one; along the cut they leave closed polygons, which are filled. A solid whose surface passes through itself may be
-//! filled wrongly there, inside or next to where it does.
+//! Faces are clipped one by one; along the cut they leave closed polygons, which are filled. Where a surface passes through itself these may
+//! cross, and cannot be filled: such a solid is not cut there.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -12,8 +12,11 @@ use silmap_geometry::polygon::signed_area;
 
 use super::HalfSpace;
 
-/// The part of `solid` in a half-space.
-pub(super) fn clip(solid: &TriangleMesh, half: &HalfSpace) -> TriangleMesh {
+/// What is filled may differ from what the polygons bound by this share.
+const FILLED_REL: f64 = 1e-6;
+
+/// The part of `solid` in a half-space; `None` where it cannot be closed.
+pub(super) fn clip(solid: &TriangleMesh, half: &HalfSpace) -> Option<TriangleMesh> {
     let beyond: Vec<f64> = solid.positions.iter().map(|&p| half.beyond(p)).collect();
     let mut cut = Cut {
         solid,
@@ -56,13 +59,13 @@ pub(super) fn clip(solid: &TriangleMesh, half: &HalfSpace) -> TriangleMesh {
         }
     }
     let positions = cut.positions;
-    let loops = chained(borders);
-    fill(&loops, &positions, half.normal, &mut faces);
-    TriangleMesh {
+    let loops = chained(borders)?;
+    fill(&loops, &positions, half.normal, &mut faces)?;
+    Some(TriangleMesh {
         positions,
         faces,
         ..TriangleMesh::default()
-    }
+    })
 }
 
 /// The vertices of what is left.
@@ -100,37 +103,36 @@ impl Cut<'_> {
     }
 }
 
-/// Closed polygons of borders; what does not close is left out.
-fn chained(mut borders: BTreeMap<u32, Vec<u32>>) -> Vec<Vec<u32>> {
+/// Closed polygons of borders; `None` where one does not close.
+fn chained(mut borders: BTreeMap<u32, Vec<u32>>) -> Option<Vec<Vec<u32>>> {
     let mut loops = Vec::new();
     while let Some((&start, _)) = borders.first_key_value() {
         let mut chain = vec![start];
         let mut at = start;
-        while let Some(ends) = borders.get_mut(&at) {
-            let next = ends.pop();
+        loop {
+            let ends = borders.get_mut(&at)?;
+            let next = ends.pop()?;
             if ends.is_empty() {
                 borders.remove(&at);
             }
-            match next {
-                Some(next) if next == start => {
-                    if chain.len() >= 3 {
-                        loops.push(std::mem::take(&mut chain));
-                    }
-                    break;
-                }
-                Some(next) => {
-                    chain.push(next);
-                    at = next;
-                }
-                None => break,
+            if next == start {
+                break;
             }
+            chain.push(next);
+            at = next;
         }
+        loops.push(chain);
     }
-    loops
+    Some(loops)
 }
 
-/// Appends faces that fill what loops in a plane bound, looking along its normal.
-fn fill(loops: &[Vec<u32>], positions: &[DVec3], normal: DVec3, faces: &mut Vec<[u32; 3]>) {
+/// Appends faces that fill what loops in a plane bound, looking along its normal; `None` where that is not what they bound.
+fn fill(
+    loops: &[Vec<u32>],
+    positions: &[DVec3],
+    normal: DVec3,
+    faces: &mut Vec<[u32; 3]>,
+) -> Option<()> {
     let across = normal.any_orthonormal_vector();
     let up = normal.cross(across);
     let flat = |v: u32| {
@@ -149,6 +151,11 @@ fn fill(loops: &[Vec<u32>], positions: &[DVec3], normal: DVec3, faces: &mut Vec<
         .collect();
     let mut earcut = Earcut::new();
     let mut triangles: Vec<u32> = Vec::new();
+    let (mut filled, mut bound, mut whole) = (0.0, 0.0, 0.0);
+    for (_, _, area) in &flattened {
+        bound += area;
+        whole += area.abs();
+    }
     for (k, (around, points, area)) in flattened.iter().enumerate() {
         if *area <= 0.0 {
             continue;
@@ -167,17 +174,20 @@ fn fill(loops: &[Vec<u32>], positions: &[DVec3], normal: DVec3, faces: &mut Vec<
         triangles.clear();
         earcut.earcut(places.iter().copied(), &hole_starts, &mut triangles);
         let corner = |i: u32| vertices[i as usize];
-        let turned = |t: &[u32]| {
+        for t in triangles.chunks_exact(3) {
             let [a, b, c] = [corner(t[0]), corner(t[1]), corner(t[2])];
+            let double_area = (flat(b) - flat(a)).perp_dot(flat(c) - flat(a));
+            filled += 0.5 * double_area.abs();
             // The library may give either turn.
-            if (flat(b) - flat(a)).perp_dot(flat(c) - flat(a)) >= 0.0 {
+            faces.push(if double_area >= 0.0 {
                 [a, b, c]
             } else {
                 [a, c, b]
-            }
-        };
-        faces.extend(triangles.chunks_exact(3).map(turned));
+            });
+        }
     }
+    // Loops that cross, or lie in none, leave too much or too little.
+    ((filled - bound).abs() <= FILLED_REL * whole).then_some(())
 }
 
 /// The smallest outer loop around a hole.

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use silmap_geometry::watch::{Interrupted, Watch};
 use silmap_geometry::{ClosedMesh, TriangleMesh};
+use silmap_map::SilhouetteMap;
 
 use super::HalfSpace;
 use super::clip::clip;
@@ -17,6 +19,16 @@ pub struct PartParams {
     pub most: u32,
     /// How far parts reach into each other on either side of a cut, in radii of the bounding sphere.
     pub overlap_rel: f64,
+}
+
+impl PartParams {
+    /// One part.
+    pub(crate) fn whole() -> Self {
+        Self {
+            most: 1,
+            ..Self::default()
+        }
+    }
 }
 
 impl Default for PartParams {
@@ -52,13 +64,24 @@ struct Cut {
 }
 
 /// The pieces of a model, in the order of their cuts.
-pub(super) fn pieces(model: &ClosedMesh, params: &PartParams) -> Vec<TriangleMesh> {
+///
+/// # Errors
+/// When interrupted.
+pub(super) fn pieces(
+    model: &ClosedMesh,
+    params: &PartParams,
+    watch: &Watch<'_>,
+) -> Result<Vec<TriangleMesh>, Interrupted> {
     let radius = model.bounds().radius;
     let solid = TriangleMesh {
         positions: model.mesh().positions.clone(),
         faces: model.mesh().faces.clone(),
         ..TriangleMesh::default()
     };
+    let most = params.most.min(SilhouetteMap::MOST_PARTS.into()) as usize;
+    if most <= 1 {
+        return Ok(vec![solid]);
+    }
     let samples = samples(&solid, SAMPLES);
     let hulls = Hulls::new(&samples, radius);
     let mut pieces = vec![Piece {
@@ -66,7 +89,8 @@ pub(super) fn pieces(model: &ClosedMesh, params: &PartParams) -> Vec<TriangleMes
         solid,
         samples,
     }];
-    while pieces.len() < params.most as usize {
+    while pieces.len() < most {
+        watch.check()?;
         let gain = |k: &usize| pieces[*k].best.map_or(0.0, |cut| cut.gain);
         // Of equal ones the first.
         let widest = (0..pieces.len())
@@ -78,18 +102,28 @@ pub(super) fn pieces(model: &ClosedMesh, params: &PartParams) -> Vec<TriangleMes
         if cut.gain < LEAST_GAIN * SAMPLES as f64 {
             break;
         }
-        let overlap = params.overlap_rel * radius;
-        let piece = &pieces[k];
-        let (kept, rest): (Vec<Sample>, Vec<Sample>) =
-            (piece.samples.iter()).partition(|s| cut.at.beyond(s.place) <= 0.0);
-        let halves = [(cut.at, kept), (cut.at.opposite(), rest)].map(|(side, samples)| Piece {
-            best: best_cut(&samples, &hulls),
-            solid: clip(&piece.solid, &side.widened(overlap)),
-            samples,
-        });
-        pieces.splice(k..=k, halves);
+        match halves(&pieces[k], &cut.at, params.overlap_rel * radius, &hulls) {
+            Some(halves) => {
+                pieces.splice(k..=k, halves);
+            }
+            None => pieces[k].best = None,
+        }
     }
-    pieces.into_iter().map(|piece| piece.solid).collect()
+    Ok(pieces.into_iter().map(|piece| piece.solid).collect())
+}
+
+/// The two sides of a cut, which reach into each other; `None` where they cannot be closed.
+fn halves(piece: &Piece, at: &HalfSpace, overlap: f64, hulls: &Hulls) -> Option<[Piece; 2]> {
+    let (kept, rest): (Vec<Sample>, Vec<Sample>) =
+        (piece.samples.iter()).partition(|s| at.beyond(s.place) <= 0.0);
+    let half = |side: HalfSpace, samples: Vec<Sample>| {
+        Some(Piece {
+            solid: clip(&piece.solid, &side.widened(overlap))?,
+            best: best_cut(&samples, hulls),
+            samples,
+        })
+    };
+    Some([half(*at, kept)?, half(at.opposite(), rest)?])
 }
 
 /// Directions across which pieces are cut: of the axes, and between them.

@@ -122,25 +122,78 @@ impl<'a> Silhouettes<'a> {
         })
     }
 
-    /// The views whose eyes are near that of one, itself first.
-    pub(crate) fn near(&self, view: usize) -> Vec<usize> {
+    /// The silhouettes from the eyes near that of a view, its own first.
+    pub(crate) fn near(&self, view: usize) -> Near<'_> {
         let direction = |k: usize| (self.cameras[k].eye - self.center).normalize_or_zero();
         let own = direction(view);
         let others = (0..self.cameras.len()).filter(|&k| k != view);
         let near = others.filter(|&k| direction(k).dot(own) >= self.near);
-        std::iter::once(view).chain(near).collect()
+        Near {
+            of: self,
+            views: std::iter::once(view).chain(near).collect(),
+        }
     }
+}
 
-    /// How deep a point lies within the silhouettes from all of these views, pixels; at most `enough` where that is reached.
-    pub(crate) fn depth(&self, point: DVec3, views: &[usize], least: f64) -> f64 {
+/// Silhouettes from eyes near each other.
+#[derive(Debug)]
+pub(crate) struct Near<'a> {
+    of: &'a Silhouettes<'a>,
+    views: Vec<usize>,
+}
+
+impl Near<'_> {
+    /// How much deeper than `least` a point lies within all of them, pixels; zero where it does not.
+    pub(crate) fn beyond(&self, point: DVec3, least: f64) -> f64 {
         let mut depth = f64::INFINITY;
-        for &k in views {
-            let p = self.cameras[k].image_from_object(point);
-            depth = depth.min(self.depths[k].at(p.x, p.y));
+        for &k in &self.views {
+            let p = self.of.cameras[k].image_from_object(point);
+            depth = depth.min(self.of.depths[k].at(p.x, p.y));
             if depth <= least {
-                break;
+                return 0.0;
             }
         }
-        depth
+        depth - least
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        /// Never deeper than it is, and not much less deep.
+        #[test]
+        fn depths_are_bounds(x in 20.0..44.0_f64, y in 20.0..44.0_f64, radius in 6.0..20.0_f64) {
+            let mut mask = Mask::new(64, 64);
+            for row in 0..64_u32 {
+                for column in 0..64_u32 {
+                    let off = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
+                    mask.set(column, row, off < radius);
+                }
+            }
+            let depths = Depths::new(&mask);
+            for row in 0..64_u32 {
+                for column in 0..64_u32 {
+                    let p = [column, row].map(|v| f64::from(v) + 0.5);
+                    let truth = (radius - (p[0] - x).hypot(p[1] - y)).max(0.0);
+                    let found = depths.at(p[0], p[1]);
+                    prop_assert!(found <= truth + 1.5, "{found} for {truth}");
+                    prop_assert!(found >= truth - 3.0 * f64::from(CELL_PX), "{found} for {truth}");
+                }
+            }
+            prop_assert_eq!(depths.at(-1.0, 5.0), 0.0);
+        }
+    }
+
+    #[test]
+    fn sparse_views_tell_nothing() {
+        let camera = Camera::fit_sphere(DVec3::Z * 3.0, DVec3::ZERO, 1.0, None, (8, 8)).unwrap();
+        let (cameras, masks) = (vec![camera; 96], vec![Mask::new(8, 8); 96]);
+        assert!(Silhouettes::new((&cameras, &masks), DVec3::ZERO, 96).is_none());
+        assert!(Silhouettes::new((&cameras, &masks), DVec3::ZERO, 12).is_some());
     }
 }

@@ -17,6 +17,7 @@ pub(crate) mod hidden;
 use glam::DVec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
+use silmap_geometry::watch::{Interrupted, Watch};
 use silmap_geometry::{ClosedMesh, TriangleMesh};
 
 pub use cut::PartParams;
@@ -64,21 +65,24 @@ impl HalfSpace {
 }
 
 /// Cuts a model into parts that are nearly convex and together are the model; one that is nearly convex itself is one part.
-#[must_use]
-pub fn parts(model: &ClosedMesh, params: &PartParams) -> Vec<Part> {
-    let pieces = cut::pieces(model, params);
-    let pieces: Vec<TriangleMesh> = pieces
-        .into_iter()
-        .filter(|mesh| !mesh.faces.is_empty())
-        .collect();
-    pieces
+///
+/// # Errors
+/// When interrupted.
+pub fn parts(
+    model: &ClosedMesh,
+    params: &PartParams,
+    watch: &Watch<'_>,
+) -> Result<Vec<Part>, Interrupted> {
+    let pieces = cut::pieces(model, params, watch)?;
+    let parts = pieces
         .into_par_iter()
+        .filter(|mesh| !mesh.faces.is_empty())
         .map(|mesh| Part {
             tree: Bvh::new(&mesh),
             edges: MeshEdges::new(&mesh),
             mesh,
-        })
-        .collect()
+        });
+    Ok(parts.collect())
 }
 
 #[cfg(test)]
@@ -93,6 +97,10 @@ mod tests {
         ClosedMesh::try_from(mesh).unwrap()
     }
 
+    fn parts_of(model: &ClosedMesh, params: &PartParams) -> Vec<Part> {
+        parts(model, params, &Watch::silent()).unwrap()
+    }
+
     #[test]
     fn what_is_convex_is_one_part() {
         let params = PartParams::default();
@@ -101,7 +109,7 @@ mod tests {
             (models::flat_drum(60), true),
             (models::torus(2000), false),
         ] {
-            let found = parts(&closed(mesh), &params).len();
+            let found = parts_of(&closed(mesh), &params).len();
             assert_eq!(found == 1, is_convex, "{found} parts");
         }
     }
@@ -113,7 +121,7 @@ mod tests {
             most: 1,
             ..PartParams::default()
         };
-        let found = parts(&model, &params);
+        let found = parts_of(&model, &params);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].mesh.faces, model.mesh().faces);
     }
@@ -123,7 +131,7 @@ mod tests {
     fn parts_together_cover_what_the_model_does() {
         for mesh in [models::trefoil_knot(4000), models::three_holed_torus(4000)] {
             let model = closed(mesh);
-            let found = parts(&model, &PartParams::default());
+            let found = parts_of(&model, &PartParams::default());
             assert!(found.len() > 3, "{} parts", found.len());
             let bounds = model.bounds();
             let cameras = view_sphere(bounds, 3.0 * bounds.radius, 20, 128).unwrap();
@@ -174,7 +182,7 @@ mod tests {
             let normal = normal.normalize_or_zero();
             let bounds = mesh.bounds();
             let at = HalfSpace { normal, offset: normal.dot(bounds.center) + offset * bounds.radius };
-            let halves = [at, at.opposite()].map(|half| clip::clip(&mesh, &half));
+            let halves = [at, at.opposite()].map(|half| clip::clip(&mesh, &half).unwrap());
             let volume: f64 = halves.iter().map(TriangleMesh::volume).sum();
             prop_assert!((volume / mesh.volume() - 1.0).abs() < 1e-6, "{} for {}", volume, mesh.volume());
             for half in &halves {

@@ -75,3 +75,54 @@ pub(crate) fn thin_hidden(
     });
     thinned.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::slice::from_ref;
+
+    use glam::DVec2;
+    use silmap_geometry::polygon::signed_area;
+
+    /// A circle of which one half has room.
+    fn circle(room_px: f64) -> (Loop, Vec<f64>) {
+        let angles = (0..80).map(|k| std::f64::consts::TAU * f64::from(k) / 80.0);
+        let points = angles.map(|a| DVec2::splat(100.0) + DVec2::from_angle(a) * 60.0);
+        let room = (0..80).map(|k| if k < 40 { room_px } else { 0.0 });
+        (points.collect(), room.collect())
+    }
+
+    #[test]
+    fn only_what_has_room_goes_and_not_too_far() {
+        let (points, room) = circle(9.0);
+        let thinned = thin_hidden(from_ref(&points), &[room], false);
+        let (left, is_hidden) = &thinned[0];
+        assert!(
+            points[40..].iter().all(|p| left.contains(p)),
+            "seen ones stay"
+        );
+        let hidden = is_hidden.iter().filter(|h| **h).count();
+        assert!((1..8).contains(&hidden), "{hidden} hidden ones are left");
+        for p in &points {
+            let edges = left.iter().zip(left.iter().cycle().skip(1));
+            let off = edges.map(|(&a, &b)| distance_squared_to_segment(*p, a, b));
+            assert!(off.fold(f64::INFINITY, f64::min).sqrt() <= 9.0 + 1e-9);
+        }
+        let (points, room) = circle(0.0);
+        assert_eq!(thin_hidden(from_ref(&points), &[room], false)[0].0, points);
+    }
+
+    #[test]
+    fn outward_nothing_of_the_inside_is_lost() {
+        let (points, room) = circle(9.0);
+        assert_eq!(
+            thin_hidden(from_ref(&points), from_ref(&room), true)[0].0,
+            points
+        );
+        // A hole may fill up.
+        let hole: Loop = points.into_iter().rev().collect();
+        let room: Vec<f64> = room.into_iter().rev().collect();
+        let (left, _) = &thin_hidden(from_ref(&hole), &[room], true)[0];
+        assert!(left.len() < hole.len() && signed_area(left) > signed_area(&hole));
+    }
+}

@@ -5,13 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_non_zero;
-use silmap_map::{
-    Detail, FlatLoops, Interpolation, Location, Method, SeenLoops, SilhouetteMap,
-    TriangleInterpolator,
-};
-
-/// The level of detail of the contours that views are predicted from: of what is cut off, little is left in the sum of many views.
-const PREDICTED_LEVEL: u8 = 1;
+use silmap_map::{FlatLoops, Location, Method, SeenLoops, SilhouetteMap, TriangleInterpolator};
 
 /// What one view would look like after a collapse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,7 +34,7 @@ pub(super) struct PredictScratch {
 pub(super) struct Predictor<'a> {
     map: &'a SilhouetteMap,
     masks: &'a [Mask],
-    how: Interpolation,
+    method: Method,
 }
 
 impl<'a> Predictor<'a> {
@@ -52,11 +46,7 @@ impl<'a> Predictor<'a> {
         } else {
             Method::best_for(map)
         };
-        let how = Interpolation {
-            detail: Detail::Level(PREDICTED_LEVEL),
-            ..method.into()
-        };
-        Self { map, masks, how }
+        Self { map, masks, method }
     }
 
     pub(super) fn map(&self) -> &'a SilhouetteMap {
@@ -106,7 +96,7 @@ impl<'a> Predictor<'a> {
         let camera = &self.map.views[view as usize].camera;
         let layers = scratch
             .interpolator
-            .interpolate_regions(self.map, ids, &location, camera, self.how)
+            .interpolate_regions(self.map, ids, &location, camera, self.method.into())
             .ok()?;
         fill_layers(
             layers,

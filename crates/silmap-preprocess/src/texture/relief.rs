@@ -2,7 +2,7 @@
 //!
 //! Source: Oliveira, Bishop, McAllister. Relief Texture Mapping. SIGGRAPH 2000.
 //! Deviation: depths are those along the camera's forward direction from its eye, in even steps between the nearest and the farthest
-//! that the view sees. Depths below the hull have a kink where the hull has one, and took more bytes for it.
+//! that the view sees, and not below a surface: so they are as smooth as the model, and know of no hull.
 
 use rayon::prelude::*;
 use silmap_geometry::watch::{Interrupted, Watch};

@@ -54,6 +54,8 @@ struct MapJson {
     views: usize,
     triangles: usize,
     resolution: u32,
+    /// Parts of the model whose outlines are interpolated by themselves.
+    parts: usize,
     contour_vertices_mean: f64,
     contour_vertices_max: usize,
     /// Mean contour vertices of a view at each level of detail; null where contours have no levels.
@@ -159,6 +161,7 @@ fn inspect<'a>(asset: &'a Asset, sizes: &asset::AssetSizes, full: bool) -> Inspe
             views: map.views.len(),
             triangles: map.triangles.len(),
             resolution: map.resolution_px,
+            parts: map.part_count(),
             contour_vertices_mean: total as f64 / counts.len().max(1) as f64,
             contour_vertices_max: counts.iter().copied().max().unwrap_or(0),
             level_vertices_mean: map.has_levels().then(|| {
