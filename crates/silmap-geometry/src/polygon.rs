@@ -109,26 +109,50 @@ fn spread_toggles(mask: &mut Mask) {
 /// Sets the pixels about whose centre the loops wind a non-zero number of times; `mask` is overwritten.
 pub fn fill_non_zero<L: AsRef<[DVec2]>>(loops: impl IntoIterator<Item = L>, mask: &mut Mask) {
     mask.clear();
-    let (width, height) = (i64::from(mask.width()), i64::from(mask.height()));
-    let mut crossings: Vec<(i64, i64, i32)> = Vec::new();
+    let (width, height) = (f64::from(mask.width()), i64::from(mask.height()));
+    let rows_of = |top: DVec2, bottom: DVec2| {
+        let rows = [top, bottom].map(|p| row_from(p.y).clamp(0, height) as usize);
+        rows[0]..rows[1]
+    };
+    // Edges downwards, and how many pass each row: where that many crossings of the row begin.
+    let mut sides: Vec<(DVec2, DVec2, u32)> = Vec::new();
+    let mut begins = vec![0_u32; height as usize + 2];
     for points in loops {
         for (a, b) in edges(points.as_ref()) {
-            let (top, bottom, step) = if a.y <= b.y { (a, b, 1) } else { (b, a, -1) };
-            let slope = (bottom.x - top.x) / (bottom.y - top.y);
-            for j in row_from(top.y).max(0)..row_from(bottom.y).min(height) {
-                let x = top.x + (j as f64 + 0.5 - top.y) * slope;
-                let column = (x - 0.5).ceil().clamp(0.0, width as f64) as i64;
-                crossings.push((j, column, step));
+            let (top, bottom, is_down) = if a.y <= b.y { (a, b, 1) } else { (b, a, 0) };
+            let rows = rows_of(top, bottom);
+            if !rows.is_empty() {
+                begins[rows.start + 1] = begins[rows.start + 1].wrapping_add(1);
+                begins[rows.end + 1] = begins[rows.end + 1].wrapping_sub(1);
+                sides.push((top, bottom, is_down));
             }
         }
     }
-    crossings.sort_unstable();
-    for row in crossings.chunk_by(|a, b| a.0 == b.0) {
-        let mut winding = 0;
+    let (mut passing, mut total) = (0_u32, 0_u32);
+    for begin in &mut begins[1..] {
+        passing = passing.wrapping_add(*begin);
+        (*begin, total) = (total, total + passing);
+    }
+    // Columns of crossings, and in the lowest bit whether the edge goes down. `begins[j + 1]` is where the next one of row j goes.
+    let mut crossings = vec![0_u32; total as usize];
+    for &(top, bottom, is_down) in &sides {
+        let slope = (bottom.x - top.x) / (bottom.y - top.y);
+        for j in rows_of(top, bottom) {
+            let x = top.x + (j as f64 + 0.5 - top.y) * slope;
+            let column = (x - 0.5).ceil().clamp(0.0, width) as u32;
+            let at = &mut begins[j + 1];
+            crossings[*at as usize] = column << 1 | is_down;
+            *at += 1;
+        }
+    }
+    for j in 0..height as usize {
+        let row = &mut crossings[begins[j] as usize..begins[j + 1] as usize];
+        row.sort_unstable();
+        let mut winding = 0_i64;
         for pair in row.windows(2) {
-            winding += pair[0].2;
+            winding += if pair[0] & 1 == 1 { 1 } else { -1 };
             if winding != 0 {
-                mask.set_span(pair[0].0 as u32, pair[0].1, pair[1].1);
+                mask.set_span(j as u32, i64::from(pair[0] >> 1), i64::from(pair[1] >> 1));
             }
         }
     }
