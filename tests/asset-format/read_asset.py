@@ -280,6 +280,133 @@ def read_silhouettes(data, header):
     return views, triangles
 
 
+class Bits:
+    """Decisions of the range coder in the rest of a part."""
+
+    def __init__(self, part):
+        self.part, self.range, self.contexts = part, (1 << 32) - 1, {}
+        self.code = int.from_bytes(part.take(4), "big")
+
+    def bit(self, *context):
+        return self.decide(context, *self.contexts.get(context, (1 << 15, 1 << 15)))
+
+    def fixed(self, p):
+        """A decision that is not learnt from."""
+        return self.decide(None, p << 4, p << 4)
+
+    def decide(self, context, q, s):
+        bound = (self.range >> 12) * min(max((q + s) >> 5, 32), 4064)
+        bit = int(self.code >= bound)
+        if bit:
+            self.code, self.range = self.code - bound, self.range - bound
+            q, s = q - (q >> 4), s - (s >> 7)
+        else:
+            self.range = bound
+            q, s = q + ((65535 - q) >> 4), s + ((65535 - s) >> 7)
+        if context:
+            self.contexts[context] = (q, s)
+        while self.range < 1 << 24:
+            self.range, self.code = self.range << 8, self.code << 8 | self.part.u8()
+        return bit
+
+
+    def size(self, learnt, head, *context):
+        """A whole number of 0 or more."""
+        n = 0
+        while n < 44 and self.bit("longer", *context, n):
+            n += 1
+        value = int(n > 0)
+        for k in range(n - 1):
+            bit = self.bit("head", head, n, value) if k < learnt else self.fixed(2048)
+            value = value << 1 | bit
+        return value
+
+    def number(self, learnt, head, sign, *context):
+        """A whole number."""
+        value = self.size(learnt, head, *context)
+        return -value if value and self.bit("sign", *sign) else value
+
+
+def read_contours(data, header):
+    """Views and triangles of version 3."""
+    part = Part(data, "silhouettes")
+    eyes = [part.f64(3) for _ in range(part.count(24))]
+    triangles = [[part.uint(len(eyes)) for _ in range(3)] for _ in range(part.count(3))]
+    depth_bits, has_levels = part.u8(), part.u8()
+    require(8 <= depth_bits <= 20, "depths have no step")
+    coder, views, total = Bits(part), [], 0
+    for eye in eyes:
+        contours, last, number = [], [0, 0, 0], 0
+        distance, step = math.dist(eye, header["center"]), header["radius"] / (1 << depth_bits)
+        for _ in range(coder.size(0, "first", "count")):
+            number += coder.size(0, "first", "step")
+            require(number < 256, "a contour is of no part that there can be")
+            has_depth = coder.bit("depth")
+            points, depths, edge, turn, slide = [], [], [0, 0], 0, 0
+            while not coder.fixed(3968):
+                total += 1
+                require(total <= 1 << 24, "there are too many contour vertices")
+                if not points:
+                    new = [coder.number(3, "first", ("first", k), "first", k) for k in range(2)]
+                else:
+                    new, turn = next_edge(coder, edge, turn)
+                last = [last[0] + new[0], last[1] + new[1], last[2]]
+                if has_depth:
+                    length = min(max(abs(new[0]).bit_length(), abs(new[1]).bit_length()), 12)
+                    if not points:
+                        last[2] += coder.number(3, "first", ("first", 2), "first", 2)
+                    else:
+                        sign = (slide > 0) - (slide < 0)
+                        slide_class = min(abs(slide).bit_length(), 6)
+                        slide = coder.number(2, "depth", ("depth", sign), "depth", length, slide_class)
+                        last[2] += slide
+                    depths.append(distance + last[2] * step)
+                edge = new if points else [0, 0]
+                points.append(last[:2])
+            levels = contour_levels(coder, points) if has_levels else []
+            points = [[x / 16, y / 16] for x, y in points]
+            contours.append({"points": points, "depths": depths, "levels": levels, "part": number})
+        views.append({"camera": captured_camera(eye, header), "contours": contours})
+    part.end()
+    return views, triangles
+
+
+def next_edge(coder, edge, turn):
+    """The edge after one, and which way it turns from it."""
+    swapped = abs(edge[0]) < abs(edge[1])
+    run, rise = reversed(edge) if swapped else edge
+    flips = [-1 if run < 0 else 1, -1 if rise < 0 else 1]
+    mirrored = swapped ^ (flips[0] < 0) ^ (flips[1] < 0)
+    run, rise = abs(run), abs(rise)
+    slope = min(4 * rise // run, 3) if run else 4
+    along = coder.number(3, "along", ("along", slope), "along", slope, min(run.bit_length(), 12))
+    straight = (2 * along * rise + run) // (2 * run) if run else 0
+    length = min(abs(along).bit_length(), 12)
+    across = straight + coder.number(2, "across", ("across", -turn if mirrored else turn), "across", along < 0, length)
+    new = [along * flips[0], across * flips[1]]
+    if swapped:
+        new.reverse()
+    bend = edge[0] * new[1] - edge[1] * new[0]
+    return new, (bend > 0) - (bend < 0)
+
+
+def contour_levels(coder, points):
+    levels, there = [0] * len(points), list(range(len(points)))
+    for level in range(1, COARSEST_LEVEL + 1):
+        before = 0
+        for j, k in enumerate(there):
+            (ax, ay), (px, py), (bx, by) = points[there[j - 1]], points[k], points[there[(j + 1) % len(there)]]
+            area = float(px - ax) * float(by - ay) - float(py - ay) * float(bx - ax)
+            base = float(bx - ax) * float(bx - ax) + float(by - ay) * float(by - ay)
+            height = sum(area * area >= base * 4.0 ** (level + i - 1) for i in range(1, 7))
+            stays = coder.bit("stays", level, before, height)
+            levels[k] += stays
+            before = (before << 1 | stays) & 3
+        there = [k for k in there if levels[k] >= level]
+    require(levels.count(COARSEST_LEVEL) >= min(3, len(levels)), "a contour is no loop at its coarsest level")
+    return levels
+
+
 def read_levels(data, views):
     part = Part(data, "levels of detail")
     require(part.u8() == 1, "its levels of detail have another coding")
@@ -295,29 +422,6 @@ def read_levels(data, views):
         require(levels.count(COARSEST_LEVEL) >= min(3, len(levels)), "a contour is no loop at its coarsest level")
         contour["levels"] = levels
     require(not any(bits) and len(data) == 1 + (used + 7) // 8, "bits are left after the levels of detail")
-
-
-class Bits:
-    """Decisions of the range coder in the rest of a part."""
-
-    def __init__(self, part):
-        self.part, self.range, self.contexts = part, (1 << 32) - 1, {}
-        self.code = int.from_bytes(part.take(4), "big")
-
-    def bit(self, *context):
-        q, s = self.contexts.get(context, (1 << 15, 1 << 15))
-        bound = (self.range >> 12) * min(max((q + s) >> 5, 32), 4064)
-        bit = int(self.code >= bound)
-        if bit:
-            self.code, self.range = self.code - bound, self.range - bound
-            q, s = q - (q >> 4), s - (s >> 7)
-        else:
-            self.range = bound
-            q, s = q + ((65535 - q) >> 4), s + ((65535 - s) >> 7)
-        self.contexts[context] = (q, s)
-        while self.range < 1 << 24:
-            self.range, self.code = self.range << 8, self.code << 8 | self.part.u8()
-        return bit
 
 
 def read_depths(data, view_count):
@@ -358,18 +462,6 @@ def read_depths(data, view_count):
         pictures.append((near, far, rows))
     part.end()
     return bits, width, height, pictures
-
-
-def read_parts(data, views):
-    part = Part(data, "parts of contours")
-    require(part.u8() == 1, "its parts of contours have another coding")
-    for view in views:
-        number = 0
-        for contour in view["contours"]:
-            number += part.uint(256)
-            require(number < 256, "a contour is of no part that there can be")
-            contour["part"] = number
-    part.end()
 
 
 def read_hull(document, extension):
@@ -438,11 +530,10 @@ def read(file):
     document = Document(file)
     extension = checked_extension(document)
     header, build, textures = extension["map"], extension["build"], extension["textures"]
-    views, triangles = read_silhouettes(document.view(header["silhouettesView"]), header)
+    read_map = read_contours if extension["formatVersion"] == 3 else read_silhouettes
+    views, triangles = read_map(document.view(header["silhouettesView"]), header)
     if "levelsView" in header:
         read_levels(document.view(header["levelsView"]), views)
-    if extension["formatVersion"] == 3:
-        read_parts(document.view(header["partsView"]), views)
     hull = read_hull(document, extension)
     cameras, visible = read_cameras(document.view(textures["camerasView"]), len(textures["images"]), len(hull["faces"]))
     curves = {name: read_curve(document.view(build[key])) for name, key in

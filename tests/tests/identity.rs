@@ -8,7 +8,7 @@ use std::process::Command;
 use glam::{DVec2, DVec3};
 use image::{ImageBuffer, ImageFormat, Rgb};
 use silmap_geometry::{Camera, CoverageRule};
-use silmap_map::asset::{self, DEPTH_STEPS_PER_RADIUS};
+use silmap_map::asset;
 use silmap_map::{
     Asset, Atlas, BuildRecord, CapturedView, CoarseHull, DepthPicture, EncodedImage, Placement,
     Relief, SilhouetteMap, TextureSet, TextureView, ViewContour,
@@ -70,7 +70,7 @@ fn wobbly_contour(view: usize, distance: f64) -> ViewContour {
             })
             .collect(),
         depths: angles
-            .map(|a| distance + steps(0.7 * (7.0 * a).cos(), DEPTH_STEPS_PER_RADIUS))
+            .map(|a| distance + steps(0.7 * (7.0 * a).cos(), 4096.0))
             .collect(),
         levels: (0..CONTOUR_VERTICES)
             .map(|k| (k.trailing_zeros() as u8).min(ViewContour::COARSEST_LEVEL))

@@ -22,15 +22,26 @@ pub(super) struct Bit {
 
 impl Default for Bit {
     fn default() -> Self {
-        let half = (ONE / 2) as u16;
-        Self {
-            quick: half,
-            slow: half,
-        }
+        Self::NEW
     }
 }
 
 impl Bit {
+    /// Nothing is known yet: zero is as probable as one.
+    pub(super) const NEW: Self = Self {
+        quick: (ONE / 2) as u16,
+        slow: (ONE / 2) as u16,
+    };
+
+    /// A zero is as probable as this.
+    pub(super) fn fixed(zero: f64) -> Self {
+        let share = (f64::from(ONE) * zero) as u16;
+        Self {
+            quick: share,
+            slow: share,
+        }
+    }
+
     /// Shifts of the two averages.
     const SHIFTS: [u32; 2] = [4, 7];
 

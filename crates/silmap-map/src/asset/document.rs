@@ -100,8 +100,6 @@ pub(super) struct MapPart {
     pub(super) silhouettes_view: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) levels_view: Option<usize>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) parts_view: Option<usize>,
     /// Per view: the share of its outline that a photograph shows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) photographed: Option<Vec<f64>>,

@@ -74,7 +74,11 @@ pub(super) fn decode(bytes: &[u8], map: &mut SilhouetteMap) -> Result<(), AssetE
 }
 
 /// Refuses a contour that is no loop any more at its coarsest level.
-fn check_coarsest(contour: &ViewContour, view: usize, number: usize) -> Result<(), AssetError> {
+pub(super) fn check_coarsest(
+    contour: &ViewContour,
+    view: usize,
+    number: usize,
+) -> Result<(), AssetError> {
     let vertices = contour.vertices_at(ViewContour::COARSEST_LEVEL).count();
     if vertices >= FEWEST_VERTICES.min(contour.points.len()) {
         return Ok(());

@@ -6,13 +6,14 @@
 //! model, at the model's place. Modules: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
 //! (contours of less detail), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`relief`] (depths of texture views, by [`arithmetic`]), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
-//! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius and the error curve to single precision;
+//! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius or a quarter of a pixel, and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
 
 mod arithmetic;
 mod attach;
 mod container;
 mod contents;
+mod contours;
 mod document;
 mod hull_mesh;
 mod levels;
@@ -20,7 +21,6 @@ mod nodes;
 mod order;
 mod packing;
 mod paint;
-mod parts;
 mod pictures;
 mod placement;
 mod read;
@@ -47,7 +47,7 @@ pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
 pub use placement::Placement;
 pub use read::{model_name, read, read_with, sizes, sizes_with};
 pub use same_hull::{HullDifference, SAME_HULL_SHARE, Triangles};
-pub use silhouettes::{DEPTH_STEPS_PER_RADIUS, POINT_STEPS_PER_PX, quantise};
+pub use silhouettes::{POINT_STEPS_PER_PX, depth_steps_per_radius, quantise};
 pub use tangents::TangentFrames;
 pub use write::write;
 
@@ -372,16 +372,6 @@ pub enum AssetError {
     PartOrder {
         /// Index of the view.
         view: usize,
-    },
-    /// The parts of contours were written by a later version of this program.
-    #[error(
-        "its parts of contours have coding {found}, this program reads coding {known}: update it or build again"
-    )]
-    PartCoding {
-        /// Coding in the file.
-        found: u8,
-        /// Coding of this program.
-        known: u8,
     },
     /// A step of the collapse order cannot be carried out.
     #[error("it is damaged: step {step} of its collapse order {reason}")]

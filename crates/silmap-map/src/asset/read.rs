@@ -19,7 +19,7 @@ use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
     TextureView,
 };
-use super::{container, levels, order, paint, parts, placement, relief, silhouettes};
+use super::{container, contours, levels, order, paint, placement, relief, silhouettes};
 
 /// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
 ///
@@ -62,9 +62,7 @@ pub fn sizes_with(file: &[u8], beside: Beside<'_>) -> Result<AssetSizes, AssetEr
         ..
     } = &contents.extension;
     let levels = data.view_if_there(map.levels_view)?;
-    let parts = data.view_if_there(map.parts_view)?;
-    let beside = [levels, parts].into_iter().flatten().map(<[u8]>::len);
-    let map = data.view(map.silhouettes_view)?.len() + beside.sum::<usize>();
+    let map = data.view(map.silhouettes_view)?.len() + levels.map_or(0, <[u8]>::len);
     let atlas = textures.atlas.as_ref();
     let atlas = atlas.into_iter().flat_map(|a| [Some(a.image), a.normals]);
     let mut paint = data.view(textures.cameras_view)?.len();
@@ -103,6 +101,7 @@ pub fn model_name(json: &[u8]) -> Option<String> {
 pub(super) struct Contents<'a> {
     pub(super) document: PlainDocument,
     pub(super) extension: Extension,
+    version: u32,
     buffers: Buffers<'a>,
 }
 
@@ -231,12 +230,8 @@ impl<'a> Contents<'a> {
                 reason: "the silhouette map does not say where its hull is".into(),
             });
         }
-        if version > ONE_PART_VERSION && extension.map.parts_view.is_none() {
-            return Err(AssetError::Document {
-                reason: "the silhouette map does not say what parts its contours are of".into(),
-            });
-        }
         Ok(Self {
+            version,
             document,
             extension,
             buffers,
@@ -304,14 +299,16 @@ impl<'a> Contents<'a> {
             tolerance_px: map.tolerance,
             coverage: map.coverage.into(),
         };
-        let (levels_view, parts_view) = (map.levels_view, map.parts_view);
+        let levels_view = map.levels_view;
         let photographed = map.photographed.as_deref();
-        let mut map = silhouettes::decode(&header, self.data().view(map.silhouettes_view)?)?;
+        let bytes = self.data().view(map.silhouettes_view)?;
+        let mut map = if self.version > ONE_PART_VERSION {
+            contours::decode(&header, bytes)?
+        } else {
+            silhouettes::decode(&header, bytes)?
+        };
         if let Some(bytes) = self.data().view_if_there(levels_view)? {
             levels::decode(bytes, &mut map)?;
-        }
-        if let Some(bytes) = self.data().view_if_there(parts_view)? {
-            parts::decode(bytes, &mut map)?;
         }
         if let Some(shares) = photographed {
             silhouettes::set_photographed(&mut map, shares)?;

@@ -1,4 +1,4 @@
-//! Views, contours, depths and the polytope as bytes.
+//! Views, contours, depths and the polytope as bytes, of maps of one part; those of several have [`contours`].
 //!
 //! A view's camera is not stored: it is the one that fits the bounding sphere from the eye, rebuilt when reading. Contour
 //! points are integers in units of 1/16 pixel. When all points of a view are multiples of a larger power of two (as traced
@@ -10,17 +10,29 @@ use glam::{DVec2, DVec3};
 use silmap_geometry::{Camera, CoverageRule};
 
 use super::packing::{Decoder, Encoder};
-use super::{Asset, AssetError, levels, parts};
+use super::{Asset, AssetError, contours, levels};
 use crate::{CapturedView, SilhouetteMap, ViewContour};
 
 /// Contour points are rounded to this fraction of a pixel, so each moves by at most 1/32 pixel along x and y.
 pub const POINT_STEPS_PER_PX: f64 = 16.0;
 
-/// Depths are rounded to this fraction of the bounding radius, so each moves by at most 1/8192 of the radius.
-pub const DEPTH_STEPS_PER_RADIUS: f64 = 4096.0;
+/// Depths are rounded to 1/4096 of the bounding radius.
+const DEPTH_BITS: u32 = 12;
+
+/// The fraction of the bounding radius that depths of a map are rounded to, so that each moves by at most half of it: 1/4096 where all
+/// contours are of one part, else by the side of captures, from 1/1024 at 512 pixels or fewer to 1/4096 at more than 1024.
+#[must_use]
+pub fn depth_steps_per_radius(map: &SilhouetteMap) -> f64 {
+    let bits = if map.part_count() > 1 {
+        contours::depth_bits(map.resolution_px)
+    } else {
+        DEPTH_BITS
+    };
+    f64::from(1_u32 << bits)
+}
 
 /// Largest point coordinate or depth in steps: differences stay far from overflow and products with the step are exact.
-const MAX_STEPS: f64 = (1_u64 << 40) as f64;
+pub(super) const MAX_STEPS: f64 = (1_u64 << 40) as f64;
 
 /// How far a camera may be from the rebuilt one, relative to unit vectors and tangents.
 const CAMERA_SLACK: f64 = 1e-9;
@@ -71,37 +83,38 @@ impl MapHeader {
         Ok(())
     }
 
-    fn camera(&self, view: usize, eye: DVec3) -> Result<Camera, AssetError> {
+    pub(super) fn camera(&self, view: usize, eye: DVec3) -> Result<Camera, AssetError> {
         let size = (self.resolution_px, self.resolution_px);
         Camera::fit_sphere(eye, self.center, self.radius, None, size)
             .map_err(|source| AssetError::Camera { view, source })
     }
 
-    fn depth_grid(&self, eye: DVec3) -> Grid {
+    /// Depths from an eye, in 2ᵇⁱᵗˢ steps to the radius.
+    pub(super) fn depth_grid(&self, eye: DVec3, bits: u32) -> Grid {
         Grid {
             what: "depth",
             origin: eye.distance(self.center),
-            step: self.radius / DEPTH_STEPS_PER_RADIUS,
+            step: self.radius / f64::from(1_u32 << bits),
         }
     }
 }
 
 /// Numbers origin + step · integer.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
+pub(super) struct Grid {
     what: &'static str,
     origin: f64,
     step: f64,
 }
 
-const POINT_GRID: Grid = Grid {
+pub(super) const POINT_GRID: Grid = Grid {
     what: "contour coordinate",
     origin: 0.0,
     step: 1.0 / POINT_STEPS_PER_PX,
 };
 
 impl Grid {
-    fn steps(&self, value: f64) -> Result<i64, AssetError> {
+    pub(super) fn steps(&self, value: f64) -> Result<i64, AssetError> {
         let steps = ((value - self.origin) / self.step).round();
         let far = self.origin.abs() / self.step;
         if steps.abs() <= MAX_STEPS && far <= MAX_STEPS {
@@ -114,7 +127,7 @@ impl Grid {
         })
     }
 
-    fn value(&self, steps: i64) -> Result<f64, AssetError> {
+    pub(super) fn value(&self, steps: i64) -> Result<f64, AssetError> {
         let value = self.origin + steps as f64 * self.step;
         // Reading holds to the same limits as writing, so that what is read can be written.
         self.steps(value).map(|_| value)
@@ -173,13 +186,16 @@ pub(super) fn set_photographed(map: &mut SilhouetteMap, shares: &[f64]) -> Resul
 /// # Errors
 /// When a number is too large to be stored or a view's camera is not determined by its eye.
 pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
-    let mut map = decode(&MapHeader::of(&asset.map), &encode(&asset.map)?)?;
-    if let Some(bytes) = levels::encode(&asset.map)? {
-        levels::decode(&bytes, &mut map)?;
-    }
-    if let Some(bytes) = parts::encode(&asset.map)? {
-        parts::decode(&bytes, &mut map)?;
-    }
+    let header = MapHeader::of(&asset.map);
+    let mut map = if asset.map.part_count() > 1 {
+        contours::decode(&header, &contours::encode(&asset.map)?)?
+    } else {
+        let mut map = decode(&header, &encode(&asset.map)?)?;
+        if let Some(bytes) = levels::encode(&asset.map)? {
+            levels::decode(&bytes, &mut map)?;
+        }
+        map
+    };
     if let Some(shares) = photographed(&asset.map)? {
         set_photographed(&mut map, &shares)?;
     }
@@ -218,7 +234,7 @@ pub(super) fn encode(map: &SilhouetteMap) -> Result<Vec<u8>, AssetError> {
         encode_contours(
             &mut out,
             &view.contours,
-            &header.depth_grid(view.camera.eye),
+            &header.depth_grid(view.camera.eye, DEPTH_BITS),
         )?;
     }
     out.count(map.triangles.len());
@@ -235,7 +251,11 @@ pub(super) fn encode(map: &SilhouetteMap) -> Result<Vec<u8>, AssetError> {
     Ok(out.finish())
 }
 
-fn check_camera(header: &MapHeader, view: usize, camera: &Camera) -> Result<(), AssetError> {
+pub(super) fn check_camera(
+    header: &MapHeader,
+    view: usize,
+    camera: &Camera,
+) -> Result<(), AssetError> {
     let rebuilt = header.camera(view, camera.eye)?;
     let near = |a: DVec3, b: DVec3| a.distance(b) <= CAMERA_SLACK;
     let tangent_gap = camera.half_tangent.distance(rebuilt.half_tangent);
@@ -307,7 +327,7 @@ pub(super) fn decode(header: &MapHeader, bytes: &[u8]) -> Result<SilhouetteMap, 
     for v in 0..view_count {
         let eye = DVec3::new(read.double()?, read.double()?, read.double()?);
         let camera = header.camera(v, eye)?;
-        let contours = decode_contours(&mut read, &header.depth_grid(eye))?;
+        let contours = decode_contours(&mut read, &header.depth_grid(eye, DEPTH_BITS))?;
         views.push(CapturedView {
             camera,
             contours,

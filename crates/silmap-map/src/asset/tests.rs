@@ -7,6 +7,7 @@ use silmap_geometry::{Camera, CoverageRule};
 use super::*;
 use crate::{CapturedView, ViewContour};
 
+mod contours;
 mod order;
 mod random;
 mod rewrite;
@@ -62,7 +63,7 @@ proptest! {
         let (pixels, radii, is_same) = largest_moves(&asset.map, &back.map);
         let slack = 1e-6;
         prop_assert!(pixels <= 0.5 / POINT_STEPS_PER_PX + slack, "{pixels} px");
-        prop_assert!(radii <= 0.5 / DEPTH_STEPS_PER_RADIUS + slack, "{radii} R");
+        prop_assert!(radii <= 0.5 / depth_steps_per_radius(&asset.map) + slack, "{radii} R");
         prop_assert!(is_same);
         for (a, b) in asset.record.error_curve.iter().zip(&back.record.error_curve) {
             prop_assert!(a.0 == b.0 && (a.1 - b.1).abs() < 1e-7);

@@ -9,7 +9,7 @@ use super::document::{
 };
 use super::pictures::{check_atlas_picture, check_picture};
 use super::{
-    Asset, AssetError, hull_mesh, levels, order, paint, parts, read, references, relief,
+    Asset, AssetError, contours, hull_mesh, levels, order, paint, read, references, relief,
     silhouettes,
 };
 
@@ -62,9 +62,15 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             limit: f64::MAX,
         });
     }
+    let has_parts = map.part_count() > 1;
+    let (silhouettes, levels) = if has_parts {
+        (contours::encode(map)?, None)
+    } else {
+        (silhouettes::encode(map)?, levels::encode(map)?)
+    };
     let buffers = &mut document.buffers;
     let mut extension = Extension {
-        format_version: if map.part_count() > 1 {
+        format_version: if has_parts {
             FORMAT_VERSION
         } else {
             ONE_PART_VERSION
@@ -102,9 +108,8 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             resolution: map.resolution_px,
             tolerance: map.tolerance_px,
             coverage: map.coverage.into(),
-            silhouettes_view: buffers.push(&silhouettes::encode(map)?),
-            levels_view: levels::encode(map)?.map(|bytes| buffers.push(&bytes)),
-            parts_view: parts::encode(map)?.map(|bytes| buffers.push(&bytes)),
+            silhouettes_view: buffers.push(&silhouettes),
+            levels_view: levels.map(|bytes| buffers.push(&bytes)),
             photographed: silhouettes::photographed(map)?,
         },
         hull: HullPart {
