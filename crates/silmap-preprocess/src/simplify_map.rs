@@ -3,7 +3,8 @@
 //! Source: Silhouette Mapping, section 6: greedy collapses of polytope edges onto one of their ends, by the number of
 //! misclassified pixels over all original views that the collapse would add.
 //! Deviation: pixels are counted as a share of the view's inside, the measure of figure 11, so that all views weigh the same.
-//! Costs in the neighbourhood of a collapse are re-evaluated when they come up in the queue, not at once. Afterwards the
+//! Costs in the neighbourhood of a collapse are re-evaluated when they come up in the queue, not at once: first estimated from a few
+//! views, then, of the cheapest, evaluated. Afterwards the
 //! views that are left are moved where that lowers the error, and the collapses go on from there to the smallest polytope:
 //! that part is only noted, so that an asset can lose further views later.
 
@@ -27,7 +28,7 @@ mod replay;
 mod tests;
 
 use polytope::{Collapse, Rule, SimplifiedPolytope};
-use predict::{Prediction, Predictor};
+use predict::{Facing, Lent, Prediction, Predictor};
 
 pub(crate) use polytope::{contour_radius, is_readable};
 pub use replay::{ReplayError, replay};
@@ -92,6 +93,12 @@ pub enum SimplifyMapError {
 /// Stale candidates evaluated at a time: enough for all cores, and fixed, so that the result depends on no thread count.
 const BATCH: usize = 16;
 
+/// Estimated candidates evaluated at a time, likewise.
+const CONFIRMED: usize = 4;
+
+/// Views whose error is not known yet that are predicted to estimate what a collapse costs.
+const ESTIMATE_PROBES: usize = 3;
+
 /// First evaluations between two looks at the watch.
 const CHUNK: usize = 256;
 
@@ -108,6 +115,8 @@ struct Candidate {
     collapse: Collapse,
     /// Version of the removed view's star at that time.
     version: u32,
+    /// Whether its cost is an estimate: not all views around were predicted.
+    is_estimate: bool,
 }
 
 /// Removes views from `dense` until `params` says to stop or no collapse is possible.
@@ -178,6 +187,8 @@ struct Simplification<'a> {
     /// Views around a removed one that are predicted to find out what a collapse costs; with fewer than there are, the cost is
     /// an estimate.
     probes: usize,
+    /// Whether an estimate is evaluated before a collapse is carried out.
+    confirms: bool,
     /// Collapses that an estimate allowed and that were not allowed after all, as the polytope is now: they must not come back.
     refused: Vec<Collapse>,
     /// Views of the polytope that are photographs.
@@ -196,7 +207,8 @@ impl<'a> Simplification<'a> {
             error_sum: 0.0,
             queue: CostQueue::default(),
             known: HashMap::new(),
-            probes: usize::MAX,
+            probes: ESTIMATE_PROBES,
+            confirms: true,
             refused: Vec::new(),
             photographs: dense.views.iter().filter(|v| is_photograph(v)).count(),
             kept_photographs: match params.max_error {
@@ -228,13 +240,13 @@ impl<'a> Simplification<'a> {
         let collapses: Vec<Collapse> = self.polytope.collapses().collect();
         for chunk in collapses.chunks(CHUNK) {
             watch.check()?;
-            self.evaluate(chunk);
+            self.evaluate(chunk, self.probes);
         }
         Ok(())
     }
 
     /// Evaluates collapses and puts those that are allowed into the queue.
-    fn evaluate(&mut self, collapses: &[Collapse]) {
+    fn evaluate(&mut self, collapses: &[Collapse], probes: usize) {
         let evaluated: Vec<Option<(f64, Candidate, Vec<Prediction>)>> = collapses
             .par_iter()
             .filter(|collapse| {
@@ -242,7 +254,7 @@ impl<'a> Simplification<'a> {
             })
             .map_init(
                 || self.predictor.scratch(),
-                |scratch, &collapse| self.probe(collapse, scratch),
+                |scratch, &collapse| self.probe(collapse, probes, scratch),
             )
             .collect();
         for (cost, candidate, predictions) in evaluated.into_iter().flatten() {
@@ -259,27 +271,37 @@ impl<'a> Simplification<'a> {
     fn probe(
         &self,
         collapse: Collapse,
-        scratch: &mut predict::PredictScratch,
+        probes: usize,
+        scratch: &mut Lent<'_>,
     ) -> Option<(f64, Candidate, Vec<Prediction>)> {
-        let mut others = self.polytope.views_around(collapse.removed);
-        others.retain(|&v| v != collapse.removed);
-        let stride = others.len().div_ceil(self.probes).max(1);
-        let mut probed: Vec<u32> = others.iter().copied().step_by(stride).collect();
-        let scale = others.len() as f64 / probed.len().max(1) as f64;
+        let triangles = self.polytope.triangles_after(collapse)?;
+        let mut views = self.polytope.views_around(collapse.removed);
+        views.retain(|&v| v != collapse.removed);
         // The removed view itself counts by itself: before, it is right.
-        probed.push(collapse.removed);
-        let predictions = self.predict(collapse, &probed, scratch)?;
-        let mut cost = 0.0;
-        for p in &predictions {
-            let weight = if p.view == collapse.removed {
-                1.0
-            } else {
-                scale
-            };
-            cost += weight * (p.error - self.errors[p.view as usize]);
+        let own = (self.predictor).predict(collapse.removed, &triangles, &self.known, scratch)?;
+        let mut cost = own.error;
+        let mut predictions = vec![own];
+        let mut unknown = Vec::new();
+        for view in views {
+            let facing = self.predictor.facing(view, &triangles)?;
+            match self.known.get(&facing.key()) {
+                Some(error) => cost += error - self.errors[view as usize],
+                None => unknown.push(view),
+            }
         }
-        let version = self.polytope.version(collapse.removed);
-        let candidate = Candidate { collapse, version };
+        let stride = unknown.len().div_ceil(probes).max(1);
+        let probed = unknown.iter().step_by(stride);
+        let scale = unknown.len() as f64 / probed.len().max(1) as f64;
+        for &view in probed {
+            let p = (self.predictor).predict(view, &triangles, &self.known, scratch)?;
+            cost += scale * (p.error - self.errors[view as usize]);
+            predictions.push(p);
+        }
+        let candidate = Candidate {
+            collapse,
+            version: self.polytope.version(collapse.removed),
+            is_estimate: stride > 1,
+        };
         Some((cost, candidate, predictions))
     }
 
@@ -288,7 +310,7 @@ impl<'a> Simplification<'a> {
         &self,
         collapse: Collapse,
         views: &[u32],
-        scratch: &mut predict::PredictScratch,
+        scratch: &mut Lent<'_>,
     ) -> Option<Vec<Prediction>> {
         let triangles = self.polytope.triangles_after(collapse)?;
         let known = &self.known;
@@ -297,20 +319,25 @@ impl<'a> Simplification<'a> {
             .collect()
     }
 
-    /// Takes the cheapest collapse, and what it costs, off the queue, re-evaluating those whose neighbourhood changed.
+    /// Takes the cheapest collapse, and what it costs, off the queue. Those whose neighbourhood changed are estimated anew, and those whose
+    /// cost is an estimate are evaluated, as they come up.
     fn cheapest_collapse(&mut self) -> Option<(f64, Collapse)> {
         loop {
-            let mut stale = Vec::with_capacity(BATCH);
-            while stale.len() < BATCH {
+            let (mut stale, mut estimated) = (Vec::new(), Vec::new());
+            while stale.len() < BATCH && estimated.len() < CONFIRMED {
                 let Some((cost, &top)) = self.queue.peek() else {
                     break;
                 };
+                let is_first = stale.is_empty() && estimated.is_empty();
                 if !self.polytope.is_edge(top.collapse) || self.must_stay(top.collapse.removed) {
                     self.queue.pop();
                 } else if self.polytope.version(top.collapse.removed) != top.version {
                     self.queue.pop();
                     stale.push(top.collapse);
-                } else if stale.is_empty() {
+                } else if top.is_estimate && self.confirms {
+                    self.queue.pop();
+                    estimated.push(top.collapse);
+                } else if is_first {
                     self.queue.pop();
                     if self.polytope.triangles_after(top.collapse).is_some() {
                         return Some((cost, top.collapse));
@@ -319,10 +346,38 @@ impl<'a> Simplification<'a> {
                     break;
                 }
             }
-            if stale.is_empty() {
+            if stale.is_empty() && estimated.is_empty() {
                 return None;
             }
-            self.evaluate(&stale);
+            self.evaluate(&stale, self.probes);
+            self.learn(&estimated);
+            self.evaluate(&estimated, usize::MAX);
+        }
+    }
+
+    /// Predicts all that decides what collapses cost.
+    fn learn(&mut self, collapses: &[Collapse]) {
+        let mut unknown: Vec<Facing> = Vec::new();
+        for &collapse in collapses {
+            let triangles = self.polytope.triangles_after(collapse).unwrap_or_default();
+            let views = self.polytope.views_around(collapse.removed).into_iter();
+            let facings = views.filter_map(|view| self.predictor.facing(view, &triangles));
+            unknown.extend(facings.filter(|facing| !self.known.contains_key(&facing.key())));
+        }
+        unknown.sort_unstable_by_key(Facing::key);
+        unknown.dedup_by_key(|facing| facing.key());
+        let predictor = &self.predictor;
+        let errors: Vec<Option<f64>> = (unknown.par_iter())
+            .map_init(
+                || predictor.scratch(),
+                |scratch, facing| predictor.error(facing, scratch),
+            )
+            .collect();
+        for (facing, error) in unknown.iter().zip(errors) {
+            if let Some(error) = error {
+                self.known.insert(facing.key(), error);
+                self.report.predictions += 1;
+            }
         }
     }
 
@@ -359,7 +414,7 @@ impl<'a> Simplification<'a> {
         let fresh = self.polytope.apply(collapse, &predictions);
         let removed = &self.predictor.map().views[collapse.removed as usize];
         self.photographs -= usize::from(is_photograph(removed));
-        self.evaluate(&fresh);
+        self.evaluate(&fresh, self.probes);
         true
     }
 

@@ -13,7 +13,7 @@ use silmap_geometry::watch::{Interrupted, Watch};
 
 /// Views that are predicted to estimate what a collapse costs. The fewer views are left, the more removed ones lie around
 /// each, and the order would take as long as all that went before; what a step leaves is always measured at all of them.
-const ORDER_PROBES: usize = 12;
+const ORDER_PROBES: usize = 8;
 
 impl Simplification<'_> {
     /// Collapses down to the smallest polytope. Views are numbered in their order among those that are left now.
@@ -45,6 +45,7 @@ impl Simplification<'_> {
     pub(super) fn restart(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
         self.queue.clear();
         self.probes = ORDER_PROBES;
+        self.confirms = false;
         self.evaluate_all(watch)
     }
 
@@ -64,7 +65,7 @@ impl Simplification<'_> {
         };
         let turned = self.turn_edges(&self.polytope.edges_around(onto));
         let fresh = turned.iter().flat_map(|t| Collapse::along(t.now));
-        self.evaluate(&fresh.collect::<Vec<_>>());
+        self.evaluate(&fresh.collect::<Vec<_>>(), self.probes);
         Ok(Some(CollapseStep {
             removed,
             onto,

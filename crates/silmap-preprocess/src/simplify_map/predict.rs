@@ -1,8 +1,8 @@
 //! Predicting a captured silhouette from three other views, and counting misclassified pixels.
 
 use std::collections::HashMap;
+use std::sync::Mutex;
 
-use glam::DVec3;
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_non_zero;
 use silmap_map::{FlatLoops, Location, Method, SeenLoops, SilhouetteMap, TriangleInterpolator};
@@ -20,7 +20,26 @@ pub(super) struct Prediction {
     pub(super) error: f64,
 }
 
-/// Buffers of one thread.
+/// The triangle that faces the eye of a view.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    view: u32,
+    /// Which of the triangles given.
+    triangle: usize,
+    /// Its corners, the smallest view first.
+    ids: [u32; 3],
+    /// Their weights at the eye.
+    weights: [f64; 3],
+}
+
+impl Facing {
+    /// What a prediction depends on.
+    pub(super) fn key(&self) -> (u32, [u32; 3]) {
+        (self.view, self.ids)
+    }
+}
+
+/// Buffers of one thread, with the pairs of views that it has prepared.
 #[derive(Debug)]
 pub(super) struct PredictScratch {
     interpolator: TriangleInterpolator,
@@ -29,12 +48,29 @@ pub(super) struct PredictScratch {
     layer: Mask,
 }
 
+/// Buffers that a thread has for a while; others have them after it.
+#[derive(Debug)]
+pub(super) struct Lent<'p> {
+    scratch: Option<PredictScratch>,
+    pool: &'p Mutex<Vec<PredictScratch>>,
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        if let Ok(mut pool) = self.pool.lock() {
+            pool.extend(self.scratch.take());
+        }
+    }
+}
+
 /// The original views and masks.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(super) struct Predictor<'a> {
     map: &'a SilhouetteMap,
     masks: &'a [Mask],
     method: Method,
+    /// Buffers that no thread has.
+    pool: Mutex<Vec<PredictScratch>>,
 }
 
 impl<'a> Predictor<'a> {
@@ -46,14 +82,28 @@ impl<'a> Predictor<'a> {
         } else {
             Method::best_for(map)
         };
-        Self { map, masks, method }
+        Self {
+            map,
+            masks,
+            method,
+            pool: Mutex::default(),
+        }
     }
 
     pub(super) fn map(&self) -> &'a SilhouetteMap {
         self.map
     }
 
-    pub(super) fn scratch(&self) -> PredictScratch {
+    /// Buffers for one thread.
+    pub(super) fn scratch(&self) -> Lent<'_> {
+        let kept = self.pool.lock().ok().and_then(|mut pool| pool.pop());
+        Lent {
+            scratch: kept,
+            pool: &self.pool,
+        }
+    }
+
+    fn fresh_scratch(&self) -> PredictScratch {
         let side = self.map.resolution_px;
         PredictScratch {
             interpolator: TriangleInterpolator::default(),
@@ -70,23 +120,30 @@ impl<'a> Predictor<'a> {
         view: u32,
         triangles: &[[u32; 3]],
         known: &HashMap<(u32, [u32; 3]), f64>,
-        scratch: &mut PredictScratch,
+        scratch: &mut Lent<'_>,
     ) -> Option<Prediction> {
-        let eye = self.map.eye(view);
-        let (triangle, weights) = self.facing(eye, triangles)?;
-        let mut ids = triangles[triangle];
-        let mut weights = weights;
-        let first = (0..3).min_by_key(|&k| ids[k]).unwrap_or(0);
-        ids.rotate_left(first);
-        weights.rotate_left(first);
-        if let Some(&error) = known.get(&(view, ids)) {
-            return Some(Prediction {
-                view,
-                triangle,
-                views: ids,
-                error,
-            });
-        }
+        let facing = self.facing(view, triangles)?;
+        let error = match known.get(&facing.key()) {
+            Some(&error) => error,
+            None => self.error(&facing, scratch)?,
+        };
+        Some(Prediction {
+            view,
+            triangle: facing.triangle,
+            views: facing.ids,
+            error,
+        })
+    }
+
+    /// The misclassified share of a view that is interpolated; `None` when the views cannot be rectified.
+    pub(super) fn error(&self, facing: &Facing, scratch: &mut Lent<'_>) -> Option<f64> {
+        let scratch = (scratch.scratch).get_or_insert_with(|| self.fresh_scratch());
+        let Facing {
+            view,
+            triangle,
+            ids,
+            weights,
+        } = *facing;
         let point = (0..3).map(|k| self.map.eye(ids[k]) * weights[k]).sum();
         let location = Location {
             triangle: triangle as u32,
@@ -106,17 +163,12 @@ impl<'a> Predictor<'a> {
         );
         let truth = &self.masks[view as usize];
         let wrong = scratch.predicted.count_different(truth);
-        Some(Prediction {
-            view,
-            triangle,
-            views: ids,
-            error: share(wrong, truth.count()),
-        })
+        Some(share(wrong, truth.count()))
     }
 
-    /// The triangle whose cone from the center holds `eye` best, and the weights of its corners.
-    fn facing(&self, eye: DVec3, triangles: &[[u32; 3]]) -> Option<(usize, [f64; 3])> {
-        let direction = eye - self.map.center;
+    /// The triangle whose cone from the center holds a view's eye best.
+    pub(super) fn facing(&self, view: u32, triangles: &[[u32; 3]]) -> Option<Facing> {
+        let direction = self.map.eye(view) - self.map.center;
         let mut best: Option<(usize, [f64; 3], f64)> = None;
         for (t, ids) in triangles.iter().enumerate() {
             let [a, b, c] = ids.map(|v| self.map.eye(v) - self.map.center);
@@ -131,7 +183,17 @@ impl<'a> Predictor<'a> {
                 best = Some((t, signs.map(|s| s.max(0.0) / sum), least));
             }
         }
-        best.map(|(t, weights, _)| (t, weights))
+        let (triangle, mut weights, _) = best?;
+        let mut ids = triangles[triangle];
+        let first = (0..3).min_by_key(|&k| ids[k]).unwrap_or(0);
+        ids.rotate_left(first);
+        weights.rotate_left(first);
+        Some(Facing {
+            view,
+            triangle,
+            ids,
+            weights,
+        })
     }
 }
 

@@ -18,6 +18,9 @@ const ROUNDS: usize = 4;
 const LEAST_GAIN: f64 = 0.005;
 /// Removed views that are tried in the place of a kept one: those nearest to the middle of its triangles.
 const REPLACEMENTS: usize = 8;
+/// Of the error that is left to be predicted, a change that is any good takes away no more than this share: one that would have to is given
+/// up before all its views are predicted.
+const MOST_GAIN: f64 = 0.1;
 /// Changes that gain less than this, as a share of one view's inside, are rounding.
 const LEAST_COST: f64 = 1e-9;
 
@@ -120,14 +123,15 @@ impl Simplification<'_> {
                     let error = |view: u32| work.errors[view as usize];
                     let views = patch.views.iter().copied();
                     let before: f64 = views.clone().chain(patch.kept).map(error).sum();
+                    let mut left: f64 = views.clone().map(error).sum();
                     let mut predictions = Vec::with_capacity(patch.views.len());
                     let mut after = 0.0;
                     for view in views {
                         let p = (work.predictor).predict(view, &patch.new, &work.known, scratch)?;
                         after += p.error;
+                        left -= error(view);
                         predictions.push(p);
-                        // Errors only add up.
-                        if after > before {
+                        if after + (1.0 - MOST_GAIN) * left > before {
                             break;
                         }
                     }
