@@ -1,15 +1,15 @@
 //! How far two outlines are apart, in pixels.
 //!
-//! Two measures. Distances from the boundary of each to the nearest of the other, as Hausdorff's: a slit that only one has counts by its
+//! Two measures. How far the outlines stray from each other ([`straying`](crate::straying())): a slit that only one has counts by its
 //! length, however thin. And how thick the region is that only one of them holds, twice the radius of the largest disc in it: what the
 //! eye sees.
 
 use glam::DVec2;
-use silmap_geometry::polygon::{distance_squared_to_segment, edges, fill_non_zero};
+use silmap_geometry::polygon::fill_non_zero;
 use silmap_geometry::{Loop, Mask};
 
-/// Pixels from one sample of a boundary to the next.
-const STEP_PX: f64 = 0.25;
+use crate::nearest::SegmentGrid;
+use crate::straying::{between, boundary};
 
 /// Samples of a pixel's side in which regions are compared.
 const FINENESS: f64 = 4.0;
@@ -17,7 +17,7 @@ const FINENESS: f64 = 4.0;
 /// How far apart two outlines are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
-    /// Mean distance of a boundary point to the other boundary, both ways.
+    /// Mean distance of a boundary point to the other boundary, both ways; infinite where only one of the two has a boundary.
     pub mean_px: f64,
     /// The largest such distance; infinite where only one of the two has a boundary.
     pub most_px: f64,
@@ -29,30 +29,17 @@ pub struct Deviation {
 /// so many pixels.
 #[must_use]
 pub fn deviation(one: &[Loop], two: &[Loop], (width, height): (u32, u32)) -> Deviation {
-    let boundary =
-        |loops: &[Loop]| -> Vec<(DVec2, DVec2)> { loops.iter().flat_map(|l| edges(l)).collect() };
     let (of_one, of_two) = (boundary(one), boundary(two));
-    let (mut sum, mut count, mut most) = (0.0, 0.0, 0.0_f64);
-    for (from, to) in [(&of_one, &of_two), (&of_two, &of_one)] {
-        for &(a, b) in from {
-            let steps = (a.distance(b) / STEP_PX).ceil().max(1.0);
-            for k in 0..steps as usize {
-                let off = to_boundary(a.lerp(b, k as f64 / steps), to);
-                sum += off;
-                count += 1.0;
-                most = most.max(off);
-            }
-        }
-    }
+    let found = between(&of_one, &of_two);
     Deviation {
-        mean_px: if count > 0.0 { sum / count } else { 0.0 },
-        most_px: most,
+        mean_px: found.mean_px,
+        most_px: found.largest_px,
         thickest_px: thickest([(one, &of_one), (two, &of_two)], (width, height)),
     }
 }
 
 /// Loops, and their edges.
-type Outlined<'a> = (&'a [Loop], &'a [(DVec2, DVec2)]);
+type Outlined<'a> = (&'a [Loop], &'a SegmentGrid);
 
 fn thickest(outlines: [Outlined<'_>; 2], (width, height): (u32, u32)) -> f64 {
     let fine = |px: u32| (f64::from(px) * FINENESS) as u32;
@@ -71,21 +58,15 @@ fn thickest(outlines: [Outlined<'_>; 2], (width, height): (u32, u32)) -> f64 {
                 let x = 64 * at + different.trailing_zeros();
                 different &= different - 1;
                 let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) / FINENESS;
-                let radius = outlines.iter().fold(f64::INFINITY, |least, (_, boundary)| {
-                    least.min(to_boundary(p, boundary))
-                });
-                most = most.max(2.0 * radius);
+                let nearest = outlines.iter().filter_map(|(_, grid)| grid.nearest(p));
+                let radius_squared = nearest
+                    .map(|n| n.distance_squared)
+                    .fold(f64::INFINITY, f64::min);
+                most = most.max(2.0 * radius_squared.sqrt());
             }
         }
     }
     most
-}
-
-fn to_boundary(p: DVec2, boundary: &[(DVec2, DVec2)]) -> f64 {
-    let squares = boundary
-        .iter()
-        .map(|&(a, b)| distance_squared_to_segment(p, a, b));
-    squares.fold(f64::INFINITY, f64::min).sqrt()
 }
 
 #[cfg(test)]

@@ -1,14 +1,16 @@
-//! How wrong the interpolated silhouette is: misclassified and escaped pixels over test viewpoints.
+//! How wrong the interpolated silhouette is: misclassified and escaped pixels over test viewpoints, and how far it strays from the exact
+//! outline.
 //!
 //! Source: Silhouette Mapping, section 9 and figure 11: pixels whose inside or outside is wrong, divided by the pixels
 //! inside the true silhouette. "Escaped" are those inside the true silhouette that are predicted outside: what breaks
-//! conservativeness.
+//! conservativeness. How far outlines stray is beyond the paper: see [`straying`](crate::straying()).
 
 use glam::DVec3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
+use silmap_exact::OutlineError;
 use silmap_geometry::polygon::fill_even_odd;
 use silmap_geometry::{Camera, CameraError, CoverageRule, Loop, Mask, TriangleMesh};
 use silmap_geometry::{Interrupted, Stage, Watch};
@@ -19,6 +21,9 @@ use silmap_map::{
 use silmap_preprocess::capture::cpu::rasterise;
 use silmap_preprocess::capture::{CaptureError, spiral_directions};
 use thiserror::Error;
+
+use crate::exact_outlines::ExactOutlines;
+use crate::{Straying, StrayingSummary, straying};
 
 /// Measuring errors; the units are viewpoints.
 pub const EVALUATE: Stage = Stage("measuring errors");
@@ -67,6 +72,8 @@ pub struct EvaluateParams {
     pub detail: Detail,
     /// Side of the square test images, pixels.
     pub size_px: u32,
+    /// Whether to measure how far outlines stray, which takes the exact outline of the model at each viewpoint.
+    pub with_straying: bool,
 }
 
 impl Default for EvaluateParams {
@@ -79,6 +86,7 @@ impl Default for EvaluateParams {
             transfer: Transfer::default(),
             detail: Detail::default(),
             size_px: 512,
+            with_straying: true,
         }
     }
 }
@@ -96,6 +104,8 @@ pub struct ViewpointError {
     pub escaped: f64,
     /// Pixels inside the true outline, which both are shares of.
     pub inside_px: u64,
+    /// How far the interpolated outline strays from the exact one, where that is measured.
+    pub straying: Option<Straying>,
 }
 
 /// Errors over some pictures, as shares of the pixels inside the true outline.
@@ -138,6 +148,8 @@ pub struct MethodErrors {
     pub method: Method,
     /// Its errors.
     pub shares: Shares,
+    /// How far its outlines stray, where that is measured.
+    pub straying: Option<StrayingSummary>,
 }
 
 /// Why errors cannot be measured.
@@ -156,6 +168,9 @@ pub enum EvaluateError {
     /// The model cannot be drawn from a test viewpoint.
     #[error(transparent)]
     Capture(#[from] CaptureError),
+    /// The model has no exact outline at a test viewpoint.
+    #[error(transparent)]
+    Outline(#[from] OutlineError),
     /// The silhouette cannot be interpolated.
     #[error(transparent)]
     Interpolate(#[from] InterpolateError),
@@ -250,15 +265,22 @@ pub fn evaluate_at(
     if eyes.is_empty() || params.methods.is_empty() {
         return Err(EvaluateError::Nothing);
     }
-    let prepared = MapReader::new(map)?;
+    let prepared = (
+        MapReader::new(map)?,
+        params.with_straying.then(|| ExactOutlines::new(model)),
+    );
     watch.start(EVALUATE, eyes.len() as u64);
     let per_eye: Vec<Vec<ViewpointError>> = eyes
         .par_iter()
         .map_init(
             || prepared.clone(),
-            |reader, &eye| {
+            |(reader, exact), &eye| {
                 watch.check()?;
                 let seen = Comparison::new(eye, map, model, params.size_px)?;
+                let exact = exact
+                    .as_mut()
+                    .map(|e| e.seen_by(&seen.camera))
+                    .transpose()?;
                 let mut errors = Vec::with_capacity(params.methods.len());
                 for &method in &params.methods {
                     let how = Interpolation {
@@ -266,7 +288,8 @@ pub fn evaluate_at(
                         transfer: params.transfer,
                         detail: params.detail,
                     };
-                    let predicted = seen.predict(map, how, reader)?;
+                    let found = silmap_map::outline(map, &seen.camera, how, reader)?;
+                    let predicted = seen.filled(found.simple_loops());
                     let (misclassified, escaped) = compare(&predicted, &seen.truth);
                     errors.push(ViewpointError {
                         eye,
@@ -274,6 +297,8 @@ pub fn evaluate_at(
                         misclassified,
                         escaped,
                         inside_px: seen.truth.count(),
+                        straying: (exact.as_ref())
+                            .map(|exact| straying(found.simple_loops(), exact)),
                     });
                 }
                 watch.advance(EVALUATE, 1);
@@ -283,6 +308,15 @@ pub fn evaluate_at(
         .collect::<Result<_, EvaluateError>>()?;
     watch.finish(EVALUATE);
     Ok(per_eye.into_iter().flatten().collect())
+}
+
+/// The camera of a test viewpoint: its square image of so many pixels a side just holds the bounding sphere.
+pub(crate) fn test_camera(
+    eye: DVec3,
+    map: &SilhouetteMap,
+    size_px: u32,
+) -> Result<Camera, CameraError> {
+    Camera::fit_sphere(eye, map.center, map.radius, None, (size_px, size_px))
 }
 
 /// A test viewpoint with the model's pixels there.
@@ -305,8 +339,7 @@ impl Comparison {
         model: &TriangleMesh,
         size_px: u32,
     ) -> Result<Self, EvaluateError> {
-        let size = (size_px, size_px);
-        let camera = Camera::fit_sphere(eye, map.center, map.radius, None, size)?;
+        let camera = test_camera(eye, map, size_px)?;
         let mut truth = Mask::new(size_px, size_px);
         rasterise(model, &camera, CoverageRule::Center, &mut truth)?;
         Ok(Self { camera, truth })
@@ -323,9 +356,14 @@ impl Comparison {
         reader: &mut MapReader,
     ) -> Result<Mask, InterpolateError> {
         let outline = silmap_map::outline(map, &self.camera, how, reader)?;
-        let mut predicted = Mask::new(self.camera.width_px, self.camera.height_px);
-        fill_even_odd::<&Loop>(outline.simple_loops(), &mut predicted);
-        Ok(predicted)
+        Ok(self.filled(outline.simple_loops()))
+    }
+
+    /// The pixels inside loops of this picture.
+    fn filled(&self, loops: &[Loop]) -> Mask {
+        let mut mask = Mask::new(self.camera.width_px, self.camera.height_px);
+        fill_even_odd(loops, &mut mask);
+        mask
     }
 }
 
@@ -335,9 +373,12 @@ pub fn summarise(errors: &[ViewpointError]) -> Vec<MethodErrors> {
     Method::ALL
         .into_iter()
         .filter_map(|method| {
-            let own = errors.iter().filter(|e| e.method == method);
-            let shares = Shares::of(own.map(|e| (e.misclassified, e.escaped)))?;
-            Some(MethodErrors { method, shares })
+            let own = || errors.iter().filter(|e| e.method == method);
+            Some(MethodErrors {
+                method,
+                shares: Shares::of(own().map(|e| (e.misclassified, e.escaped)))?,
+                straying: StrayingSummary::of(own().filter_map(|e| e.straying)),
+            })
         })
         .collect()
 }
@@ -366,6 +407,7 @@ mod tests {
             misclassified,
             escaped,
             inside_px: 1000,
+            straying: None,
         };
         let summary = summarise(&[
             error(0.3, 0.0),

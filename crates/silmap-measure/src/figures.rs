@@ -1,7 +1,9 @@
 //! What is measured of an asset, as data.
 
 use glam::DVec3;
-use silmap_geometry::{Camera, Mask};
+use silmap_geometry::{Camera, ColourImage, Loop, Mask};
+
+use crate::{Straying, StrayingSummary};
 
 /// Errors of one interpolation method over test viewpoints, as shares of the pixels inside the true outline.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +14,8 @@ pub struct MethodErrors {
     pub misclassified: [f64; 3],
     /// Mean and largest share of pixels that are inside but predicted outside.
     pub escaped: [f64; 2],
+    /// How far outlines stray from the exact ones, where that is measured.
+    pub straying: Option<StrayingSummary>,
 }
 
 /// The error of one method at one viewpoint.
@@ -25,6 +29,8 @@ pub struct ErrorSample {
     pub misclassified: f64,
     /// Share of pixels that are inside but predicted outside.
     pub escaped: f64,
+    /// How far the outline strays from the exact one, where that is measured.
+    pub straying: Option<Straying>,
 }
 
 /// Errors at test viewpoints of one kind.
@@ -62,6 +68,21 @@ pub struct WorstView {
     pub truth: Mask,
     /// The pixels inside the interpolated outline.
     pub predicted: Mask,
+}
+
+/// A viewpoint, and both outlines there.
+#[derive(Clone, Debug)]
+pub struct StrayView {
+    /// How far the outline strays, and whose it is.
+    pub sample: ErrorSample,
+    /// The camera of the picture.
+    pub camera: Camera,
+    /// The exact outline, pixels.
+    pub truth: Vec<Loop>,
+    /// The interpolated one.
+    pub predicted: Vec<Loop>,
+    /// The hull, clipped to the interpolated one; `None` where there was nothing to draw with.
+    pub drawn: Option<ColourImage>,
 }
 
 /// How well the hull is painted.

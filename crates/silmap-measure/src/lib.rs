@@ -12,6 +12,7 @@ mod deviation;
 mod discontinuities;
 mod error;
 pub mod evaluate;
+mod exact_outlines;
 mod exact_shape;
 mod figures;
 mod leave_one_out;
@@ -19,8 +20,11 @@ pub mod machine;
 mod masked_views;
 mod measure;
 mod median;
+mod nearest;
 mod painting;
 mod scene;
+mod stray_views;
+mod straying;
 mod subdivide;
 mod texture_errors;
 #[cfg(test)]
@@ -39,7 +43,7 @@ pub use error::MeasureError;
 pub use exact_shape::ExactShape;
 pub use figures::{
     ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MethodErrors, PlaceErrors,
-    PolytopeLevel, TextureFigures, WorstView,
+    PolytopeLevel, StrayView, TextureFigures, WorstView,
 };
 pub use leave_one_out::{
     LEAVE_OUT, LeaveOneOutError, LeaveOneOutParams, LeftOutError, Predictor, leave_one_out,
@@ -48,6 +52,7 @@ pub use masked_views::{MaskError, MaskedView, PlaceLoops, evaluate_masks};
 pub use measure::{MeasureParams, Measured, measure};
 pub use painting::{Painting, painting};
 pub use scene::{CpuParts, OutlineErrorPx, SceneBench, SceneParams, SceneResults, SceneRow};
+pub use straying::{Straying, StrayingSummary, straying};
 pub use subdivide::subdivide;
 pub use texture_errors::{
     ColourErrors, TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,

@@ -1,7 +1,8 @@
 //! How far interpolated outlines are from the masks of photographs, at the photographs' own cameras.
 //!
 //! The same shares as [`crate::evaluate`] measures against a model: pixels whose inside or outside is wrong, over the mask's; and those of
-//! the mask that are predicted outside. What a mask says nothing of counts nowhere.
+//! the mask that are predicted outside. What a mask says nothing of counts nowhere. How far outlines stray is not measured: the outline of a
+//! mask is not known to a pixel, and ends where the mask says nothing.
 
 use rayon::prelude::*;
 use silmap_geometry::polygon::fill_even_odd;
@@ -113,6 +114,7 @@ fn errors_at(
                 misclassified,
                 escaped,
                 inside_px: truth.count(),
+                straying: None,
             },
             overlap: (truth.count() - missed) as f64 / either.max(1) as f64,
         });

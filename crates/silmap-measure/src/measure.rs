@@ -18,11 +18,12 @@ use crate::evaluate::{
     self, Comparison, EvaluateError, EvaluateParams, Place, ViewpointError, evaluate, evaluate_at,
     spread_viewpoints, summarise,
 };
+use crate::stray_views::stray_views;
 use crate::uniform::uniform_curve;
 use crate::{
     ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MeasureError, MethodErrors,
-    PlaceErrors, PolytopeLevel, TextureErrorParams, TextureFigures, WorstView, colour_errors,
-    discontinuities_per_1000, machine, painting,
+    PlaceErrors, PolytopeLevel, StrayView, TextureErrorParams, TextureFigures, WorstView,
+    colour_errors, discontinuities_per_1000, machine, painting,
 };
 
 /// How much is measured.
@@ -83,6 +84,8 @@ pub struct Measured {
     pub directions: Vec<DirectionErrors>,
     /// The viewpoints with the largest errors.
     pub worst: Vec<WorstView>,
+    /// Those where outlines stray farthest.
+    pub strays: Vec<StrayView>,
     /// How well the hull is painted.
     pub textures: Option<TextureFigures>,
     /// How long an outline takes.
@@ -114,6 +117,14 @@ pub fn measure(
         .collect::<Result<Vec<_>, _>>()?;
     let directions = direction_errors(map, model, params, watch)?;
     let worst = worst_views(map, model, places.first(), params, watch)?;
+    let strays = stray_views(
+        (asset, model),
+        &worst_samples(map, places.first(), params.worst, |s| {
+            s.straying.map_or(0.0, |off| off.largest_px)
+        }),
+        (params.resolution_px, gpu),
+        watch,
+    )?;
     let textures = texture_figures(asset, model, (params, gpu), watch)?;
     Ok(Measured {
         bytes: byte_rows(&asset::sizes(bytes)?),
@@ -122,6 +133,7 @@ pub fn measure(
         places,
         directions,
         worst,
+        strays,
         textures: Some(textures),
         contour_times,
         conditions: Conditions {
@@ -213,6 +225,7 @@ fn method_row(errors: &evaluate::MethodErrors, suffix: &str) -> MethodErrors {
             of.misclassified_max,
         ],
         escaped: [of.escaped_mean, of.escaped_max],
+        straying: errors.straying,
     }
 }
 
@@ -222,6 +235,7 @@ fn error_sample(error: &ViewpointError) -> ErrorSample {
         eye: error.eye,
         misclassified: error.misclassified,
         escaped: error.escaped,
+        straying: error.straying,
     }
 }
 
@@ -232,7 +246,11 @@ fn direction_errors(
     watch: &Watch<'_>,
 ) -> Result<Vec<DirectionErrors>, EvaluateError> {
     let eyes = spread_viewpoints(map, params.directions)?;
-    let errors = evaluate_at(&eyes, map, model, &evaluate_params(map, params), watch)?;
+    let params = EvaluateParams {
+        with_straying: false,
+        ..evaluate_params(map, params)
+    };
+    let errors = evaluate_at(&eyes, map, model, &params, watch)?;
     let mut best_first: Vec<Method> = Method::all_for(map).collect();
     best_first.sort_by_key(|m| *m != Method::best_for(map));
     let samples = |method: Method| {
@@ -252,7 +270,7 @@ fn direction_errors(
         .collect())
 }
 
-/// The viewpoints of a place with the largest errors: some of the best method, one of each other.
+/// The viewpoints of a place with the largest errors.
 fn worst_views(
     map: &SilhouetteMap,
     model: &TriangleMesh,
@@ -261,26 +279,38 @@ fn worst_views(
     watch: &Watch<'_>,
 ) -> Result<Vec<WorstView>, MeasureError> {
     let mut reader = MapReader::new(map)?;
+    let mut views = Vec::new();
+    for (method, sample) in worst_samples(map, place, params.worst, |s| s.misclassified) {
+        watch.check()?;
+        let seen = Comparison::new(sample.eye, map, model, params.resolution_px)?;
+        let predicted = seen.predict(map, method.into(), &mut reader)?;
+        views.push(WorstView {
+            sample: sample.clone(),
+            camera: seen.camera,
+            truth: seen.truth,
+            predicted,
+        });
+    }
+    Ok(views)
+}
+
+/// The samples of a place with the largest errors of some kind: so many of the best method, one of each other.
+fn worst_samples<'a>(
+    map: &SilhouetteMap,
+    place: Option<&'a PlaceErrors>,
+    count: usize,
+    error: impl Fn(&ErrorSample) -> f64,
+) -> Vec<(Method, &'a ErrorSample)> {
     let best = Method::best_for(map);
     let mut methods: Vec<Method> = Method::all_for(map).collect();
     methods.sort_by_key(|m| *m != best);
-    let mut views = Vec::new();
-    for method in methods {
-        let count = if method == best { params.worst } else { 1 };
-        let samples = place.map_or(&[][..], |p| &p.samples);
-        for sample in largest_errors(samples, method.name(), count) {
-            watch.check()?;
-            let seen = Comparison::new(sample.eye, map, model, params.resolution_px)?;
-            let predicted = seen.predict(map, method.into(), &mut reader)?;
-            views.push(WorstView {
-                sample: sample.clone(),
-                camera: seen.camera,
-                truth: seen.truth,
-                predicted,
-            });
-        }
-    }
-    Ok(views)
+    let samples = place.map_or(&[][..], |p| &p.samples);
+    let of_method = |method: Method| {
+        let count = if method == best { count } else { 1 };
+        let found = largest_errors(samples, method.name(), count, &error);
+        found.into_iter().map(move |sample| (method, sample))
+    };
+    methods.into_iter().flat_map(of_method).collect()
 }
 
 /// The samples of a method with the largest errors, largest first; of equal ones the earlier first.
@@ -288,9 +318,10 @@ fn largest_errors<'a>(
     samples: &'a [ErrorSample],
     method: &str,
     count: usize,
+    error: impl Fn(&ErrorSample) -> f64,
 ) -> Vec<&'a ErrorSample> {
     let mut of_method: Vec<&ErrorSample> = samples.iter().filter(|s| s.method == method).collect();
-    of_method.sort_by(|a, b| b.misclassified.total_cmp(&a.misclassified));
+    of_method.sort_by(|a, b| error(b).total_cmp(&error(a)));
     of_method.truncate(count);
     of_method
 }
@@ -466,6 +497,7 @@ mod tests {
             eye: DVec3::ZERO,
             misclassified,
             escaped: 0.0,
+            straying: None,
         };
         let samples = [
             sample("hull", 0.9),
@@ -473,8 +505,8 @@ mod tests {
             sample("tight", 0.3),
             sample("tight", 0.2),
         ];
-        let found = largest_errors(&samples, "tight", 2);
+        let found = largest_errors(&samples, "tight", 2, |s| s.misclassified);
         assert_eq!(found, [&samples[2], &samples[3]]);
-        assert!(largest_errors(&samples, "paper", 2).is_empty());
+        assert!(largest_errors(&samples, "paper", 2, |s| s.misclassified).is_empty());
     }
 }

@@ -18,9 +18,10 @@ use silmap_runtime::{
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer};
 
 use crate::bench::{Look, picture_params};
+use crate::exact_outlines::ExactOutlines;
 use crate::median::median;
 use crate::{Deviation, MeasureError};
-use errors::{ExactOutlines, apart};
+use errors::apart;
 use mesh_instances::MeshInstances;
 use place::object_camera;
 use stage::{COLOUR, DEPTH, FrameSeconds, Stage};

@@ -452,7 +452,15 @@ fn evaluate_says_what_scripts_read() {
                     "misclassified_max",
                     "escaped_mean",
                     "escaped_max",
+                    "deviation_px.mean",
+                    "deviation_px.p99_median",
                 ],
+            );
+            let off = |name: &str| row["deviation_px"][name].as_f64().unwrap();
+            let rising = ["mean", "largest_median", "largest_p90", "largest"].map(off);
+            assert!(
+                rising.is_sorted() && rising[0] > 0.0 && rising[3] < 128.0,
+                "{row}"
             );
             let mean = row["misclassified_mean"].as_f64().unwrap();
             assert!(mean > 0.0 && mean < 0.5, "{place}, {method}: {mean}");
@@ -460,6 +468,12 @@ fn evaluate_says_what_scripts_read() {
         let each = evaluation["per_viewpoint"].as_array().unwrap();
         assert_eq!(each.len(), 15);
         check_fields(&each[0], &["eye", "method", "misclassified", "escaped"]);
+        let off = [
+            "deviation_px.p99",
+            "deviation_px.largest",
+            "deviation_px.at.1",
+        ];
+        check_fields(&each[0], &off);
     }
     let one = run_json(&[
         "evaluate",

@@ -99,6 +99,7 @@ fn page_and_numbers_say_what_scripts_read() {
                 "{place}, {method}"
             );
             assert!(of("escaped_mean") <= of("escaped_max") && of("escaped_max") <= max);
+            assert!(of("deviation_px/largest_median") <= of("deviation_px/largest"));
         }
     }
     for method in ["paper", "hull", "tight"] {
@@ -133,6 +134,8 @@ fn page_and_numbers_say_what_scripts_read() {
         "Views and error",
         "Error by direction",
         "Worst viewpoints",
+        "How far the outline strays",
+        "Where outlines stray farthest",
         "The polytope of views",
         "64 views captured",
         "20 views kept",

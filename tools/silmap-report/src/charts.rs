@@ -187,6 +187,7 @@ mod tests {
             method: name.to_owned(),
             misclassified: [mean, mean, mean],
             escaped: [0.0; 2],
+            straying: None,
         }
     }
 
@@ -237,6 +238,7 @@ mod tests {
             eye: [0.0; 3].into(),
             misclassified,
             escaped: 0.0,
+            straying: None,
         };
         let groups = by_method(
             &[sample("b", 1.0), sample("a", 2.0), sample("b", 3.0)],

@@ -22,6 +22,7 @@ mod png;
 mod polytope_picture;
 mod scale;
 mod scene_section;
+mod stray_picture;
 mod texture_section;
 mod words;
 

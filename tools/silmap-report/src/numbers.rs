@@ -134,6 +134,7 @@ fn summary(errors: &MethodErrors) -> Value {
         "misclassified_max": max,
         "escaped_mean": errors.escaped[0],
         "escaped_max": errors.escaped[1],
+        "deviation_px": errors.straying,
     })
 }
 
@@ -143,6 +144,13 @@ fn sample(s: &ErrorSample, origin: DVec3) -> Value {
         "method": s.method,
         "misclassified": s.misclassified,
         "escaped": s.escaped,
+        "deviation_px": s.straying.map(|off| json!({
+            "mean": off.mean_px,
+            "p99": off.p99_px,
+            "largest": off.largest_px,
+            "at": off.place.to_array(),
+            "nearest": off.nearest.to_array(),
+        })),
     })
 }
 

@@ -15,6 +15,7 @@ use crate::words::{grouped, millis, percent, significant};
 use crate::{Picture, PictureRow, Report, charts, comparison, palette, png, scene_section};
 
 mod sizes;
+mod strays;
 
 use sizes::{sizes, times};
 
@@ -54,6 +55,7 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                     (curve(report))
                     (directions(report))
                     (worst(report))
+                    (strays::views(report))
                     (polytopes(report))
                     (inside(report))
                     @if let Some(figures) = &report.measured.textures { (textures(figures)) }
@@ -77,12 +79,11 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
 fn opening(report: &Report<'_>) -> Markup {
     let asset = report.asset;
     let best = Method::best_for(&asset.map).name();
-    let mean = report
+    let errors = report
         .measured
         .places
         .first()
-        .and_then(|p| p.methods.iter().find(|m| m.method == best))
-        .map(|m| percent(m.misclassified[0]));
+        .and_then(|p| p.methods.iter().find(|m| m.method == best));
     let time = report
         .measured
         .contour_times
@@ -95,8 +96,11 @@ fn opening(report: &Report<'_>) -> Markup {
             (asset.map.views.len()) " silhouettes that were captured around it."
         }
         ul.figures {
-            @if let Some(mean) = mean {
-                li { b { (mean) " %" } "of the pixels misclassified on average (" (best) ")" }
+            @if let Some(errors) = errors {
+                li { b { (percent(errors.misclassified[0])) " %" } "of the pixels misclassified on average (" (best) ")" }
+                @if let Some(off) = errors.straying {
+                    li { b { (strays::pixels(off.largest_median)) " px" } "at most between the outlines, at the median eye (" (best) ")" }
+                }
             }
             @if let Some(time) = time {
                 li { b { (millis(time.median)) " ms" } "for an outline (" (best) ", median)" }
@@ -127,6 +131,7 @@ fn errors(report: &Report<'_>) -> Markup {
                 (report.measured.conditions.seed) "."
             }
             div.plots { @for place in &report.measured.places { (error_table(place)) } }
+            (strays::tables(report))
             @if let Some(first) = report.measured.places.first() {
                 div.plots {
                     figure {

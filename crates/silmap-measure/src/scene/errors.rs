@@ -2,10 +2,9 @@
 
 use glam::DVec2;
 use serde::Serialize;
-use silmap_exact::{BoundaryEdges, Outliner};
-use silmap_geometry::{Camera, Loop, TriangleMesh};
+use silmap_geometry::Loop;
 
-use crate::{Deviation, MeasureError, deviation};
+use crate::{Deviation, deviation};
 
 /// Distances between outlines, pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -29,28 +28,6 @@ impl OutlineErrorPx {
             largest: largest(|d| d.most_px),
             thickest: largest(|d| d.thickest_px),
         }
-    }
-}
-
-/// The exact outlines of a mesh.
-pub(super) struct ExactOutlines<'m> {
-    mesh: &'m TriangleMesh,
-    edges: BoundaryEdges,
-    outliner: Outliner<'m>,
-}
-
-impl<'m> ExactOutlines<'m> {
-    pub(super) fn new(mesh: &'m TriangleMesh) -> Self {
-        Self {
-            mesh,
-            edges: BoundaryEdges::new(mesh),
-            outliner: Outliner::new(&mesh.positions),
-        }
-    }
-
-    pub(super) fn seen_by(&mut self, camera: &Camera) -> Result<Vec<Loop>, MeasureError> {
-        let edges = self.edges.silhouette_edges(self.mesh, camera.eye);
-        Ok(self.outliner.outline(&edges, camera)?)
     }
 }
 

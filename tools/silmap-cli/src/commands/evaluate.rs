@@ -7,13 +7,15 @@ use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_capture::MaskOptions;
-use silmap_measure::evaluate::{EvaluateParams, Place, Shares, ViewpointError, evaluate};
+use silmap_measure::evaluate::{EvaluateParams, MethodErrors, Place, ViewpointError, evaluate};
 use silmap_measure::{TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000};
 use silmap_mesh_io::LoadOptions;
 
 use crate::args::{EvaluateArgs, WhereArg, usage_error};
 use crate::captured_camera;
-use crate::commands::evaluation::{METHOD, ViewpointJson, methods_of, of_methods, table};
+use crate::commands::evaluation::{
+    METHOD, MethodJson, ViewpointJson, methods_of, of_methods, shares_of, straying_table, table,
+};
 use crate::commands::{evaluate_captured, leave_one_out, open_gpu};
 use crate::files::{load_model_of, load_options, read_asset};
 use crate::output;
@@ -23,7 +25,7 @@ use crate::progress::Progress;
 struct EvaluateJson {
     viewpoints: u32,
     r#where: &'static str,
-    methods: BTreeMap<&'static str, Shares>,
+    methods: BTreeMap<&'static str, MethodJson>,
     per_viewpoint: Vec<ViewpointJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
     textures: Option<TextureErrors>,
@@ -105,7 +107,8 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         params.viewpoints,
         params.place.name()
     );
-    let mut text = table(&place, METHOD, &methods);
+    let mut text = table(&place, METHOD, &shares_of(&methods));
+    text.push_str(&straying_table(params.size_px, &methods));
     if let Some(textures) = &textures {
         text.push_str(&texture_table(textures));
     }
@@ -136,14 +139,16 @@ fn warn_of_few_pixels(args: &EvaluateArgs, errors: &[ViewpointError]) {
 
 fn as_json(
     params: &EvaluateParams,
-    methods: &[(&'static str, Shares)],
+    methods: &[(&'static str, MethodErrors)],
     errors: &[ViewpointError],
     origin: DVec3,
 ) -> EvaluateJson {
     EvaluateJson {
         viewpoints: params.viewpoints,
         r#where: params.place.name(),
-        methods: methods.iter().copied().collect(),
+        methods: (methods.iter())
+            .map(|(name, errors)| (*name, errors.into()))
+            .collect(),
         per_viewpoint: errors
             .iter()
             .map(|e| ViewpointJson::new(e, origin))

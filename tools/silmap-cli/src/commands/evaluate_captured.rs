@@ -14,7 +14,9 @@ use silmap_measure::{MaskError, MaskedView, evaluate_masks};
 use crate::args::EvaluateArgs;
 use crate::captured_camera;
 use crate::commands::captured;
-use crate::commands::evaluation::{METHOD, ViewpointJson, methods_of, of_methods, table};
+use crate::commands::evaluation::{
+    METHOD, ViewpointJson, methods_of, of_methods, shares_of, table,
+};
 use crate::progress::Progress;
 use crate::scene::Scene;
 use crate::{interrupt, output};
@@ -78,7 +80,7 @@ pub(crate) fn run(args: &EvaluateArgs, asset: &Asset) -> anyhow::Result<()> {
         .watch(|watch| evaluate_masks(&asset.map, &masked, &params, watch))
         .with_context(|| args.asset.display().to_string())?;
     let shares: Vec<ViewpointError> = errors.iter().map(|e| e.error).collect();
-    let methods = of_methods(&shares);
+    let methods = shares_of(&of_methods(&shares));
     if args.output.json {
         let view = |e: &MaskError| MaskViewJson {
             view: &views[e.view].name,

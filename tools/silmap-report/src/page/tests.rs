@@ -5,7 +5,8 @@ use silmap_map::{
     Asset, BuildRecord, CapturedView, CoarseHull, Placement, SilhouetteMap, TextureSet, ViewContour,
 };
 use silmap_measure::{
-    ColourRow, Conditions, ContourTime, DirectionErrors, Measured, PolytopeLevel, TextureFigures,
+    ColourRow, Conditions, ContourTime, DirectionErrors, Measured, PolytopeLevel, StrayView,
+    Straying, StrayingSummary, TextureFigures,
 };
 
 use super::*;
@@ -60,6 +61,13 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
         eye: DVec3::new(0.0, 0.5, 4.0),
         misclassified,
         escaped: 0.002,
+        straying: Some(Straying {
+            mean_px: 0.5,
+            p99_px: 4.0,
+            largest_px: 12.3,
+            place: glam::DVec2::new(20.0, 40.0),
+            nearest: glam::DVec2::new(30.0, 40.0),
+        }),
     };
     let camera = asset.map.views[0].camera;
     Report {
@@ -85,6 +93,13 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
                     method: "tight".to_owned(),
                     misclassified: [0.0123, 0.01, 0.05],
                     escaped: [0.0001, 0.002],
+                    straying: Some(StrayingSummary {
+                        mean: 0.55,
+                        p99_median: 4.5,
+                        largest_median: 11.1,
+                        largest_p90: 33.3,
+                        largest: 77.7,
+                    }),
                 }],
                 samples: vec![sample("tight", 0.0123), sample("tight", 0.05)],
             }],
@@ -97,6 +112,13 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
                 camera,
                 truth: Mask::new(64, 64),
                 predicted: Mask::new(64, 64),
+            }],
+            strays: vec![StrayView {
+                sample: sample("tight", 0.05),
+                camera,
+                truth: Vec::new(),
+                predicted: Vec::new(),
+                drawn: None,
             }],
             textures: Some(TextureFigures {
                 atlas_share: 0.0123,
@@ -162,6 +184,11 @@ fn the_page_holds_what_it_was_given() {
         "Epipolar lines of view",
         "halfway",
         "eye 0,0.5,4",
+        "How far the outline strays",
+        "33.3",
+        "11.1 px",
+        "six times closer: 12.3 px",
+        "for want of a graphics adapter",
     ] {
         assert!(html.contains(part), "{part} is missing");
     }
@@ -195,10 +222,16 @@ fn an_asset_of_which_little_is_known_has_a_page_too() {
     little.measured.places.clear();
     little.measured.directions.clear();
     little.measured.worst.clear();
+    little.measured.strays.clear();
     little.measured.contour_times.clear();
     little.measured.polytopes.clear();
     let html = crate::html(&little);
-    assert!(html.contains("Sizes") && !html.contains("Worst") && !html.contains("in space"));
+    assert!(
+        html.contains("Sizes")
+            && !html.contains("Worst")
+            && !html.contains("stray")
+            && !html.contains("in space")
+    );
 }
 
 #[test]
@@ -209,6 +242,14 @@ fn numbers_are_those_of_the_report() {
     for (pointer, value) in [
         ("/places/polytope/methods/tight/misclassified_mean", 0.0123),
         ("/places/polytope/per_viewpoint/1/misclassified", 0.05),
+        (
+            "/places/polytope/methods/tight/deviation_px/largest_p90",
+            33.3,
+        ),
+        (
+            "/places/polytope/per_viewpoint/1/deviation_px/largest",
+            12.3,
+        ),
         ("/bytes/silhouettes", 12_345.0),
         ("/curve/uniform/1/1", 0.02),
         ("/contours/vertices_median", 4.0),
