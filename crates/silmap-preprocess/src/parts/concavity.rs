@@ -13,6 +13,8 @@ use crate::capture::spiral_directions;
 pub(super) struct Sample {
     pub(super) place: DVec3,
     pub(super) normal: DVec3,
+    /// Which of the hulls' directions is nearest to the normal.
+    facing: u16,
 }
 
 /// Directions that a hull's half-spaces have, spread evenly; and those of a surface's own normals besides, which flat faces need.
@@ -53,6 +55,7 @@ pub(super) fn samples(mesh: &TriangleMesh, count: usize) -> Vec<Sample> {
             samples.push(Sample {
                 place: a + (b - a) * u + (c - a) * v,
                 normal: mesh.face_cross(f).normalize_or_zero(),
+                facing: 0,
             });
         }
         reached += area;
@@ -69,14 +72,19 @@ pub(super) struct Hulls {
 
 impl Hulls {
     /// For a model with these samples, whose bounding sphere has a radius.
-    pub(super) fn new(samples: &[Sample], radius: f64) -> Self {
+    pub(super) fn new(samples: &mut [Sample], radius: f64) -> Self {
         let mut directions = spiral_directions(DIRECTIONS);
         let most = directions.len() + MOST_NORMALS;
-        for sample in samples {
+        for sample in &*samples {
             let is_new = |n: DVec3| directions.iter().all(|d| d.dot(n) < SAME_COSINE);
             if directions.len() < most && is_new(sample.normal) {
                 directions.push(sample.normal);
             }
+        }
+        for sample in samples {
+            let cosine = |k: &usize| directions[*k].dot(sample.normal);
+            let nearest = (0..directions.len()).max_by(|a, b| cosine(a).total_cmp(&cosine(b)));
+            sample.facing = nearest.unwrap_or(0) as u16;
         }
         Self { directions, radius }
     }
@@ -84,15 +92,12 @@ impl Hulls {
     /// The sum of the squares of all samples' concavities, in radii.
     pub(super) fn cost(&self, samples: &[Sample], extents: &mut Vec<f64>) -> f64 {
         extents.clear();
-        extents.extend(self.directions.iter().map(|d| {
-            let reach = samples.iter().map(|s| d.dot(s.place));
-            reach.fold(f64::NEG_INFINITY, f64::max)
-        }));
+        extents.extend(self.directions.iter().map(|&d| extent(d, samples)));
         let least = LEAST_REL * self.radius;
         let sum: f64 = samples
             .iter()
             .map(|s| {
-                let room = self.room(s, extents);
+                let room = self.room(s, extents, least);
                 let counted = (room - least).max(0.0) / self.radius;
                 counted * counted
             })
@@ -100,15 +105,40 @@ impl Hulls {
         sum
     }
 
-    /// How far a sample's normal goes before it leaves the hull.
-    fn room(&self, sample: &Sample, extents: &[f64]) -> f64 {
-        let mut room = f64::INFINITY;
-        for (d, extent) in self.directions.iter().zip(extents) {
+    /// How far a sample's normal goes before it leaves the hull; anything up to `least` where it is no more than that.
+    fn room(&self, sample: &Sample, extents: &[f64], least: f64) -> f64 {
+        let within = |d: &DVec3, extent: f64| {
             let cosine = d.dot(sample.normal);
             if cosine > LEAST_COSINE {
-                room = room.min((extent - d.dot(sample.place)) / cosine);
+                (extent - d.dot(sample.place)) / cosine
+            } else {
+                f64::INFINITY
             }
+        };
+        // Mostly the nearest direction says it.
+        let facing = usize::from(sample.facing);
+        let mut room = within(&self.directions[facing], extents[facing]);
+        for (d, extent) in self.directions.iter().zip(extents) {
+            if room <= least {
+                return room;
+            }
+            room = room.min(within(d, *extent));
         }
         if room.is_finite() { room } else { 0.0 }
     }
+}
+
+/// How far samples reach in a direction.
+fn extent(direction: DVec3, samples: &[Sample]) -> f64 {
+    // In four lanes, which need not wait for each other.
+    let mut most = [f64::NEG_INFINITY; 4];
+    let mut fours = samples.chunks_exact(4);
+    for four in &mut fours {
+        for (most, sample) in most.iter_mut().zip(four) {
+            let reach = direction.dot(sample.place);
+            *most = if reach > *most { reach } else { *most };
+        }
+    }
+    let rest = fours.remainder().iter().map(|s| direction.dot(s.place));
+    rest.chain(most).fold(f64::NEG_INFINITY, f64::max)
 }

@@ -82,8 +82,8 @@ pub(super) fn pieces(
     if most <= 1 {
         return Ok(vec![solid]);
     }
-    let samples = samples(&solid, SAMPLES);
-    let hulls = Hulls::new(&samples, radius);
+    let mut samples = samples(&solid, SAMPLES);
+    let hulls = Hulls::new(&mut samples, radius);
     let mut pieces = vec![Piece {
         best: best_cut(&samples, &hulls),
         solid,
