@@ -84,6 +84,7 @@ pub fn frame(camera: Camera, mode: Mode, antialias: Antialias) -> FrameParams {
         antialias,
         background: Background::Colour([255; 3]),
         edges: EdgeParams::default(),
+        light: None,
         shadow: None,
     }
 }

@@ -297,6 +297,7 @@ fn another_target_format_shows_the_same() {
     let format = wgpu::TextureFormat::Bgra8UnormSrgb;
     let Some(mut stage) = Stage::open(PictureOptions {
         target_format: format,
+        ..PictureOptions::default()
     }) else {
         return;
     };

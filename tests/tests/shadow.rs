@@ -328,6 +328,7 @@ fn from_below_the_ground_there_is_none_and_what_is_no_light_is_refused() {
     stage.camera = above;
     let mut refused = |mode: Mode, to_light: DVec3| {
         let params = FrameParams {
+            light: None,
             shadow: Some(shadow(to_light)),
             ..scene::frame(above, mode, Antialias::Soft)
         };

@@ -12,6 +12,10 @@ pub const AMBIENT: f32 = 0.22;
 /// Directions *to* the two lights, object space (normalised where used), with the intensity in the last place.
 pub const LIGHTS: [[f32; 4]; 2] = [[0.45, 0.75, 0.55, 0.62], [-0.7, 0.15, -0.35, 0.30]];
 
+/// Intensity of a light that is moved about a model in place of those two, over the same ambient term: what faces it is as bright as its
+/// albedo.
+pub const MOVED: f32 = 1.0 - AMBIENT;
+
 /// Linear factor on the albedo for a surface with unit `normal`.
 #[must_use]
 pub fn irradiance(normal: [f32; 3]) -> f32 {

@@ -52,6 +52,7 @@ fn frame_params(camera: Camera, method: Method) -> FrameParams {
         background: Background::Transparent,
         edges: EdgeParams::default(),
         shadow: None,
+        light: None,
     }
 }
 

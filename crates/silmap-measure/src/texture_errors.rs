@@ -94,6 +94,7 @@ pub fn colour_errors(
             antialias: Antialias::None,
             background: Background::Transparent,
             edges: EdgeParams::default(),
+            light: None,
             shadow: None,
         };
         let original = renderer.render(gpu, &frame)?;

@@ -16,6 +16,10 @@ use crate::texture::TextureParams;
 pub struct BuildParams {
     /// How the mesh was read and mended before; the build itself only notes it in the asset.
     pub load: LoadOptions,
+    /// The height on the screen that the params were chosen for, pixels, where they were; see [`BuildParams::for_height`]. The build only
+    /// notes it in the asset.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub for_height_px: Option<u32>,
     /// Views captured around the model; the paper's thousand, evenly spread.
     pub views: u32,
     /// Radius of the view sphere as a multiple of the bounding sphere's.
@@ -46,6 +50,7 @@ impl Default for BuildParams {
     fn default() -> Self {
         Self {
             load: LoadOptions::default(),
+            for_height_px: None,
             views: 1024,
             view_radius_rel: 3.0,
             resolution_px: 512,

@@ -6,6 +6,7 @@ pub mod capture;
 mod captured;
 pub mod dense_map;
 pub mod fewer_views;
+pub mod for_height;
 mod gaps;
 mod part_outlines;
 pub mod parts;

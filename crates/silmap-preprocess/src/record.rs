@@ -45,9 +45,12 @@ fn options_text(params: &BuildParams) -> String {
         true => " --keep-cavities",
         false => "",
     };
+    // What it stands for is told too, and wins.
+    let height =
+        (params.for_height_px).map_or_else(String::new, |px| format!(" --for-height {px}"));
     format!(
         "--views {} {goal} --method {} --resolution {} --tolerance {} --parts {} --coverage {coverage} --radius {}R --faces {} \
-         --texture-views {} --texture-size {} {} --backend {}{}{cavities}",
+         --texture-views {} --texture-size {} {} --backend {}{}{cavities}{height}",
         params.views,
         params.map.method.name(),
         params.resolution_px,

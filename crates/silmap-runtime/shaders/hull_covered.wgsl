@@ -15,6 +15,7 @@ struct Fragment {
     @location(9) @interpolate(flat, either) row_y: vec4f,
     @location(10) @interpolate(flat, either) row_w: vec4f,
     @location(11) @interpolate(flat, either) outline: vec2u,
+    @location(12) @interpolate(flat, either) light: vec4f,
 }
 
 @vertex
@@ -29,6 +30,7 @@ fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     out.point_c = paint_point(corner, instance.eye, shares.views.z);
     out.views = vec4u(shares.views, instance.outline.z);
     out.weights = shares.weights;
+    out.light = instance.light;
     fill_outline(&out, corner, instance);
     return out;
 }

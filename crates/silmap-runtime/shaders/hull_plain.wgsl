@@ -9,6 +9,7 @@ struct Fragment {
     @location(4) point_c: vec3f,
     @location(5) @interpolate(flat, either) views: vec4u,
     @location(6) @interpolate(flat, either) weights: vec4f,
+    @location(7) @interpolate(flat, either) light: vec4f,
 }
 
 @vertex
@@ -23,5 +24,6 @@ fn vs_main(corner: Corner, instance: Instance) -> Fragment {
     out.point_c = paint_point(corner, instance.eye, shares.views.z);
     out.views = vec4u(shares.views, instance.outline.z);
     out.weights = shares.weights;
+    out.light = instance.light;
     return out;
 }

@@ -12,6 +12,8 @@ struct Instance {
     @location(11) outline: vec4u,
     // Middle of the sphere about the model, relative to its hull's middle, and its radius.
     @location(12) sphere: vec4f,
+    // Unit direction to a moved light, with a 1; or 0 where it has its own.
+    @location(13) light: vec4f,
 }
 
 fn instance_clip(instance: Instance, point: vec3f) -> vec4f {

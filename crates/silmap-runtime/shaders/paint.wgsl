@@ -28,7 +28,7 @@ struct Asset {
     lights: array<vec4f, 2>,
     // Linear colour of an unpainted hull, and the factor on it where no light falls.
     albedo: vec4f,
-    // Texture views, and 1 where there is an atlas.
+    // Texture views; 1 where there is an atlas, where views have normals, and where the atlas has.
     counts: vec4u,
     // Radius of the hull.
     depth: vec4f,
@@ -188,46 +188,10 @@ fn paint_view_colour(place: PaintPlace, view: u32) -> vec3f {
     return textureSampleGrad(paint_views, paint_sampler, place.uv, view, place.across, place.along).rgb;
 }
 
-// Linear colour of the light on an unpainted hull.
-fn paint_lit(normal: vec3f) -> vec3f {
-    let n = normal / max(length(normal), 1e-20);
+// Factor on the albedo of a surface with this unit normal, by the studio light.
+fn paint_irradiance(n: vec3f) -> f32 {
     var sum = asset.albedo.w;
     sum += asset.lights[0].w * max(dot(n, asset.lights[0].xyz), 0.0);
     sum += asset.lights[1].w * max(dot(n, asset.lights[1].xyz), 0.0);
-    return asset.albedo.rgb * sum;
-}
-
-fn paint_colour(
-    point_a: vec3f,
-    point_b: vec3f,
-    point_c: vec3f,
-    views: vec4u,
-    weights: vec4f,
-    atlas_uv: vec2f,
-    normal: vec3f,
-) -> vec3f {
-    // Before all branches: neighbours have to take part.
-    let place_a = paint_place(point_a);
-    let place_b = paint_place(point_b);
-    let place_c = paint_place(point_c);
-    var colour = vec3f(0.0);
-    if weights.x > 0.0 {
-        colour += weights.x * paint_view_colour(place_a, views.x);
-    }
-    if weights.y > 0.0 {
-        colour += weights.y * paint_view_colour(place_b, views.y);
-    }
-    if weights.z > 0.0 {
-        colour += weights.z * paint_view_colour(place_c, views.z);
-    }
-    if weights.w > 0.0 {
-        let mode = views.w;
-        let has_tiles = asset.counts.y != 0u && mode != PAINT_VIEWS && mode != PAINT_LIT;
-        if has_tiles {
-            colour += weights.w * textureSampleLevel(paint_atlas, paint_sampler, atlas_uv, 0.0).rgb;
-        } else {
-            colour += weights.w * paint_lit(normal);
-        }
-    }
-    return colour;
+    return sum;
 }

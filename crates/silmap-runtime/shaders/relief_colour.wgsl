@@ -1,4 +1,4 @@
-// The colour and the depth of a hull's fragment by relief. Needs: paint, relief, relief_plain or relief_covered.
+// The colour and the depth of a hull's fragment by relief. Needs: paint, light, relief, relief_plain or relief_covered.
 
 struct Painted {
     colour: vec3f,
@@ -36,15 +36,18 @@ fn fragment_paint(fragment: Fragment) -> Painted {
         shown = relief_unpacked(fragment.views.y).xyz;
         point = fragment.point;
     }
-    var sum = vec4f(0.0);
-    sum += relief_texel(shown.x, point, pixel, shares.x, is_seen);
-    sum += relief_texel(shown.y, point, pixel, shares.y, is_seen);
-    sum += relief_texel(shown.z, point, pixel, shares.z, is_seen);
+    var sum: ReliefSum;
+    relief_add(&sum, fragment, shown.x, point, pixel, shares.x, is_seen);
+    relief_add(&sum, fragment, shown.y, point, pixel, shares.y, is_seen);
+    relief_add(&sum, fragment, shown.z, point, pixel, shares.z, is_seen);
     if shares.w > 0.0 {
-        sum += shares.w * vec4f(relief_own_colour(fragment), 1.0);
+        relief_add_own(&sum, fragment, shares.w);
     }
     var painted: Painted;
-    painted.colour = sum.rgb / max(sum.w, 1e-20);
+    painted.colour = sum.colour.rgb / max(sum.colour.a, 1e-20);
+    if light_is_moved(fragment.light) {
+        painted.colour = light_relit(painted.colour, sum.normal, fragment.light);
+    }
     var t = found.t;
     if !found.is_there {
         t = dot(fragment.point - fragment.place, direction);
@@ -58,23 +61,45 @@ fn relief_unpacked(views: u32) -> vec4u {
     return (vec4u(views) >> vec4u(0u, 6u, 12u, 18u)) & vec4u(63u);
 }
 
-// What a view shows of a point, times its share, and that share: where the view saw the point, by how squarely.
-fn relief_texel(view: u32, point: vec3f, pixel: f32, share: f32, is_seen: bool) -> vec4f {
-    if share <= 0.0 {
-        return vec4f(0.0);
-    }
-    let h = asset.texture_from_object[min(view, 63u)] * vec4f(point, 1.0);
-    let texel = asset.eyes[min(view, 63u)].w * h.z;
-    let level = log2(max(pixel / texel, 1e-6)) - RELIEF_SHARPER;
-    let colour = textureSampleLevel(paint_views, paint_sampler, h.xy / h.z, view, max(level, 0.0));
-    let square = select(1.0, colour.a * colour.a + RELIEF_LEAST_SQUARE, is_seen);
-    return vec4f(colour.rgb, 1.0) * (share * square);
+// Colours times their shares, and those; normals, as far as the light is moved.
+struct ReliefSum {
+    colour: vec4f,
+    normal: vec3f,
 }
 
-// What stands in for views where none sees the face.
-fn relief_own_colour(fragment: Fragment) -> vec3f {
-    if asset.counts.y != 0u {
-        return textureSampleLevel(paint_atlas, paint_sampler, fragment.atlas_uv, 0.0).rgb;
+// Adds what a view shows of a point, and the normal that it has there: where the view saw the point, by how squarely.
+fn relief_add(
+    sum: ptr<function, ReliefSum>,
+    fragment: Fragment,
+    view: u32,
+    point: vec3f,
+    pixel: f32,
+    share: f32,
+    is_seen: bool,
+) {
+    if share <= 0.0 {
+        return;
     }
-    return paint_lit(fragment.normal);
+    let h = asset.texture_from_object[min(view, 63u)] * vec4f(point, 1.0);
+    let uv = h.xy / h.z;
+    let texel = asset.eyes[min(view, 63u)].w * h.z;
+    let level = log2(max(pixel / texel, 1e-6)) - RELIEF_SHARPER;
+    let colour = textureSampleLevel(paint_views, paint_sampler, uv, view, max(level, 0.0));
+    let weight = share * select(1.0, colour.a * colour.a + RELIEF_LEAST_SQUARE, is_seen);
+    (*sum).colour += vec4f(colour.rgb, 1.0) * weight;
+    if light_is_moved(fragment.light) {
+        (*sum).normal += weight * light_view_normal(uv, view, fragment.atlas_uv, fragment.normal);
+    }
+}
+
+// Adds what stands in for views where none sees the face.
+fn relief_add_own(sum: ptr<function, ReliefSum>, fragment: Fragment, share: f32) {
+    var normal = fragment.normal;
+    var colour = asset.albedo.rgb * paint_irradiance(normalize(normal));
+    if asset.counts.y != 0u {
+        colour = textureSampleLevel(paint_atlas, paint_sampler, fragment.atlas_uv, 0.0).rgb;
+        normal = light_atlas_normal(fragment.atlas_uv, normal);
+    }
+    (*sum).colour += share * vec4f(colour, 1.0);
+    (*sum).normal += share * normal;
 }

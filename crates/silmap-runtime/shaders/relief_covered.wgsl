@@ -18,6 +18,7 @@ struct Fragment {
     @location(11) @interpolate(flat, either) row_y: vec4f,
     @location(12) @interpolate(flat, either) row_w: vec4f,
     @location(13) @interpolate(flat, either) outline: vec2u,
+    @location(14) @interpolate(flat, either) light: vec4f,
 }
 
 @vertex

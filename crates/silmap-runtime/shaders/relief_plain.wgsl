@@ -11,6 +11,7 @@ struct Fragment {
     @location(6) @interpolate(flat, either) views: vec2u,
     @location(7) @interpolate(flat, either) weights: vec4f,
     @location(8) @interpolate(flat, either) own_weights: vec4f,
+    @location(9) @interpolate(flat, either) light: vec4f,
 }
 
 @vertex

@@ -20,6 +20,7 @@ fn fill_relief(out: ptr<function, Fragment>, corner: Corner, instance: Instance)
     (*out).views = vec2u(relief_packed(nearest.views), relief_packed(vec4u(own.views, 0u)));
     (*out).weights = vec4f(nearest.weights, 0.0);
     (*out).own_weights = own.weights;
+    (*out).light = instance.light;
 }
 
 fn relief_packed(views: vec4u) -> u32 {

@@ -7,17 +7,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, DVec4, Mat4, Vec3};
-use silmap_geometry::{Bounds, Camera, lighting};
+use silmap_geometry::{Bounds, Camera, ColourImage, lighting};
 use silmap_gpu::wgpu;
 use silmap_gpu::wgpu::util::DeviceExt;
 use silmap_map::{
     Asset, BoundingSphere, CoarseHull, MapReader, Method, Placement, SilhouetteMap, TextureSet,
+    TextureView,
 };
 
 use crate::LoadError;
 use crate::depths;
+use crate::normals;
 use crate::pipelines::{AssetBindings, CORNER_STRIDE, Layouts};
-use crate::textures::{MOST_VIEWS, blank, decode, upload_picture, upload_views};
+use crate::textures::{
+    MOST_VIEWS, blank, decode, upload_atlas_normals, upload_normals, upload_picture, upload_views,
+};
 
 /// An asset that can be drawn by every renderer of its device. Copies are cheap, and are the same asset.
 #[derive(Clone, Debug)]
@@ -41,6 +45,8 @@ pub(crate) struct AssetData {
     group: wgpu::BindGroup,
     /// Whether it says where the model's surface is within the hull.
     pub(crate) has_relief: bool,
+    /// Whether it has normals: of texture views, and of the atlas.
+    has_normals: (bool, bool),
 }
 
 /// `Corner` of `shaders/paint.wgsl`.
@@ -80,6 +86,7 @@ impl LoadedAsset {
         queue: &wgpu::Queue,
         layouts: &Layouts,
         asset: &Asset,
+        is_relit: bool,
     ) -> Result<Self, LoadError> {
         let (hull, textures) = (&asset.hull, &asset.textures);
         check_hull(hull, textures)?;
@@ -100,9 +107,18 @@ impl LoadedAsset {
         };
         let atlas = upload_picture(device, queue, &atlas)?;
         let depths = depths::upload(device, queue, textures, &bounds)?;
+        let normals = if is_relit {
+            Normals::of(asset)?
+        } else {
+            Normals::default()
+        };
+        let has_normals = (!normals.views.is_empty(), normals.atlas.is_some());
+        let view_normals = upload_normals(device, queue, &normals.views)?;
+        let of_atlas = normals.atlas.unwrap_or_else(normals::none);
+        let atlas_normals = upload_atlas_normals(device, queue, &of_atlas)?;
         let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("asset"),
-            contents: bytemuck::bytes_of(&uniform_of(asset, &bounds)),
+            contents: bytemuck::bytes_of(&uniform_of(asset, &bounds, has_normals)),
             usage: wgpu::BufferUsages::UNIFORM,
         });
         let bindings = AssetBindings {
@@ -110,6 +126,8 @@ impl LoadedAsset {
             views: &views,
             atlas: &atlas,
             depths: &depths,
+            normals: &view_normals,
+            atlas_normals: &atlas_normals,
         };
         let group = layouts.bind_asset(device, &bindings);
         #[cfg_attr(
@@ -131,6 +149,7 @@ impl LoadedAsset {
             corner_count: corners.len() as u32,
             group,
             has_relief: textures.relief.is_some() && !textures.views.is_empty(),
+            has_normals,
         })))
     }
 
@@ -138,6 +157,14 @@ impl LoadedAsset {
     #[must_use]
     pub fn placement(&self) -> Placement {
         self.0.placement
+    }
+
+    /// Whether a [moved light](crate::Instance::light) falls on it: it was loaded with [`RendererOptions::relight`](crate::RendererOptions::relight),
+    /// and has depths, or an atlas with normals.
+    #[must_use]
+    pub fn can_relight(&self) -> bool {
+        let (of_views, of_atlas) = self.0.has_normals;
+        of_views || of_atlas
     }
 
     /// A sphere about the hull, in the coordinates of the asset.
@@ -179,6 +206,40 @@ impl AssetData {
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_vertex_buffer(0, self.corners.slice(..));
         pass.draw(0..self.corner_count, 0..instances);
+    }
+}
+
+/// Pictures of normals.
+#[derive(Default)]
+struct Normals {
+    /// Of each texture view, or none.
+    views: Vec<ColourImage>,
+    atlas: Option<ColourImage>,
+}
+
+impl Normals {
+    /// What an asset tells of its model's normals; its depths were checked before.
+    fn of(asset: &Asset) -> Result<Self, LoadError> {
+        let textures = &asset.textures;
+        // Photographs have a light of their own; a hull that was carved after photographs, but drawn, has the studio's, and depths.
+        let is_seen = (asset.map.views.iter()).any(|view| view.photographed.is_some());
+        if is_seen && textures.relief.is_none() {
+            return Ok(Self::default());
+        }
+        let views = textures.relief.as_ref().map(|relief| {
+            let views = textures.views.iter().enumerate();
+            let of_view =
+                |(k, view): (usize, &TextureView)| normals::of_view(relief, k, &view.camera);
+            views.map(of_view).collect()
+        });
+        let atlas = textures.atlas.as_ref();
+        Ok(Self {
+            views: views.unwrap_or_default(),
+            atlas: match atlas {
+                Some(atlas) => normals::of_atlas(&asset.hull, atlas)?,
+                None => None,
+            },
+        })
     }
 }
 
@@ -236,7 +297,7 @@ fn corners_of(hull: &CoarseHull, textures: &TextureSet, origin: DVec3) -> Vec<Co
     corners
 }
 
-fn uniform_of(asset: &Asset, bounds: &Bounds) -> AssetUniform {
+fn uniform_of(asset: &Asset, bounds: &Bounds, (of_views, of_atlas): (bool, bool)) -> AssetUniform {
     let origin = bounds.center;
     let textures = &asset.textures;
     let [r, g, b] = lighting::DEFAULT_ALBEDO;
@@ -251,8 +312,8 @@ fn uniform_of(asset: &Asset, bounds: &Bounds) -> AssetUniform {
         counts: [
             textures.views.len() as u32,
             u32::from(textures.atlas.is_some()),
-            0,
-            0,
+            u32::from(of_views),
+            u32::from(of_atlas),
         ],
         depth: [bounds.radius as f32, 0.0, 0.0, 0.0],
     };

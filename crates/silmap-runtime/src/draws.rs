@@ -20,6 +20,8 @@ pub(crate) struct Record {
     /// First texel of the outline, its points or 0, the paint, 0.
     pub(crate) outline: [u32; 4],
     pub(crate) sphere: [f32; 4],
+    /// Unit direction to a moved light, and 1; or zeros.
+    pub(crate) light: [f32; 4],
 }
 
 /// A draw call; ranges are of records.

@@ -163,6 +163,12 @@ pub struct Instance<'a> {
     pub paint: Paint,
     /// What clips it.
     pub outline: Outline<'a>,
+    /// The direction in the world to a light that shines on it instead of its own, of any length: the studio light that its pictures were
+    /// made by is divided out by the model's normals, and a surface gets [`AMBIENT`](silmap_geometry::lighting::AMBIENT) of light from
+    /// everywhere and the rest by Lambert's cosine. It needs an asset that was [loaded](crate::Renderer::load) with
+    /// [`RendererOptions::relight`](crate::RendererOptions::relight) and that [can be relit](LoadedAsset::can_relight); others keep their
+    /// own light.
+    pub light: Option<DVec3>,
 }
 
 impl<'a> Instance<'a> {
@@ -174,6 +180,7 @@ impl<'a> Instance<'a> {
             transform,
             paint: Paint::default(),
             outline: Outline::default(),
+            light: None,
         }
     }
 }

@@ -20,6 +20,7 @@ mod instance;
 mod interpolate;
 mod light;
 mod mips;
+mod normals;
 mod options;
 mod pipelines;
 mod plan;

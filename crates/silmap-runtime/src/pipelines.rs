@@ -16,10 +16,10 @@ const CORNER: [wgpu::VertexAttribute; 6] = wgpu::vertex_attr_array![
 ];
 
 /// Bytes of an instance: see `shaders/instance.wgsl`.
-pub(crate) const RECORD_STRIDE: u64 = 112;
-const RECORD: [wgpu::VertexAttribute; 7] = wgpu::vertex_attr_array![
+pub(crate) const RECORD_STRIDE: u64 = 128;
+const RECORD: [wgpu::VertexAttribute; 8] = wgpu::vertex_attr_array![
     6 => Float32x4, 7 => Float32x4, 8 => Float32x4, 9 => Float32x4, 10 => Float32x4, 11 => Uint32x4,
-    12 => Float32x4
+    12 => Float32x4, 13 => Float32x4
 ];
 
 /// Bind group layouts: 0 the outlines, 1 an asset.
@@ -31,13 +31,15 @@ pub(crate) struct Layouts {
     depth_sampler: wgpu::Sampler,
 }
 
-/// What an asset has on the device: its uniform, its texture views, its atlas and its depths.
+/// What an asset has on the device: its uniform, its texture views, its atlas, its depths, and the normals of both.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AssetBindings<'a> {
     pub(crate) uniform: &'a wgpu::Buffer,
     pub(crate) views: &'a wgpu::TextureView,
     pub(crate) atlas: &'a wgpu::TextureView,
     pub(crate) depths: &'a wgpu::TextureView,
+    pub(crate) normals: &'a wgpu::TextureView,
+    pub(crate) atlas_normals: &'a wgpu::TextureView,
 }
 
 impl Layouts {
@@ -85,6 +87,8 @@ impl Layouts {
                     wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
                     texture(colour, wgpu::TextureViewDimension::D2Array),
                     wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                    texture(colour, wgpu::TextureViewDimension::D2Array),
+                    texture(colour, wgpu::TextureViewDimension::D2),
                 ],
             ),
             depth_sampler: device.create_sampler(&wgpu::SamplerDescriptor {
@@ -130,6 +134,8 @@ impl Layouts {
             wgpu::BindingResource::Sampler(&self.sampler),
             wgpu::BindingResource::TextureView(asset.depths),
             wgpu::BindingResource::Sampler(&self.depth_sampler),
+            wgpu::BindingResource::TextureView(asset.normals),
+            wgpu::BindingResource::TextureView(asset.atlas_normals),
         ];
         let entries: Vec<_> = (0..)
             .zip(resources)

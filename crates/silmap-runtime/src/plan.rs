@@ -14,6 +14,7 @@ use crate::curve::{Frame, Texel, points_of};
 use crate::draws::{Draw, DrawOrder, Hull, Record, Visible};
 use crate::instance::{Instance, Outline};
 use crate::interpolate::Maker;
+use crate::normals::to_light;
 use crate::view::{Eye, Rect, View};
 use crate::worker::{HowToMake, Wanted, sorting_of};
 use crate::{Paint, PrepareError, RendererOptions};
@@ -176,7 +177,7 @@ impl Plan {
         self.frame += 1;
         self.before.resize(instances.len(), None);
         for (k, instance) in instances.iter().enumerate() {
-            self.add(k, instance, eye);
+            self.add(k, instance, eye)?;
         }
         self.make_wanted();
         self.take_outlines();
@@ -199,7 +200,7 @@ impl Plan {
     }
 
     /// Takes an instance that is in the picture, and notes which outline it wants.
-    fn add(&mut self, k: usize, instance: &Instance<'_>, eye: &Eye) {
+    fn add(&mut self, k: usize, instance: &Instance<'_>, eye: &Eye) -> Result<(), PrepareError> {
         let asset = &instance.asset.0;
         let transform = &instance.transform;
         if let Outline::Given(given) = instance.outline
@@ -207,13 +208,16 @@ impl Plan {
         {
             // Nothing is inside of no loops.
             self.stats.out_of_view += 1;
-            return;
+            return Ok(());
         }
+        let to_light = |direction| to_light(direction).ok_or(PrepareError::NoLight);
+        let light = instance.light.map(to_light).transpose()?;
+        let light = light.map_or(DVec4::ZERO, |l| transform.object_direction(l).extend(1.0));
         let middle = transform.point(asset.origin);
         let radius = asset.radius * transform.scale * ROOM;
         let Some(rect) = eye.rect(middle, radius) else {
             self.stats.out_of_view += 1;
-            return;
+            return Ok(());
         };
         let place = if eye.place.w > 0.0 {
             transform.object_point(eye.place.xyz()).extend(1.0)
@@ -234,6 +238,7 @@ impl Plan {
                 eye: local_eye.as_vec4().to_array(),
                 outline: [0, 0, paint as u32, 0],
                 sphere: record_sphere(asset, (asset.map.center, asset.map.radius)),
+                light: light.as_vec4().to_array(),
             },
             instance: k,
             hull: Hull {
@@ -261,6 +266,7 @@ impl Plan {
             Outline::OfAsset => self.add_own(asset, place, eye, &mut visible),
         }
         self.visible.push(visible);
+        Ok(())
     }
 
     fn asset_index(&mut self, asset: &Arc<AssetData>) -> usize {

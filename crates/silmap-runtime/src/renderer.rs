@@ -98,7 +98,7 @@ impl Renderer {
         queue: &wgpu::Queue,
         asset: &Asset,
     ) -> Result<LoadedAsset, LoadError> {
-        LoadedAsset::new(device, queue, &self.layouts, asset)
+        LoadedAsset::new(device, queue, &self.layouts, asset, self.options.relight)
     }
 
     /// Makes ready what [`Renderer::draw`] draws: [`Renderer::plan`] and [`Renderer::upload`].

@@ -13,6 +13,9 @@ pub(crate) const MOST_VIEWS: usize = 64;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
+/// Of normals.
+const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
 /// Decodes a picture of the asset.
 pub(crate) fn decode(image: &EncodedImage, index: usize) -> Result<ColourImage, LoadError> {
     let decoded = image::load_from_memory(&image.bytes)
@@ -92,7 +95,7 @@ pub(crate) fn upload_views(
     }
     let size = (first_width, first_height);
     let levels = level_count(first_width, first_height);
-    let texture = make(device, "texture views", size, (layers, levels))?;
+    let texture = make(device, ("texture views", FORMAT), size, (layers, levels))?;
     let halving = Halving::new();
     for (layer, mut picture) in (0..).zip(pictures) {
         write(queue, &texture, (layer, 0), &picture);
@@ -113,14 +116,49 @@ pub(crate) fn upload_picture(
     queue: &wgpu::Queue,
     picture: &ColourImage,
 ) -> Result<wgpu::TextureView, LoadError> {
-    let texture = make(device, "atlas", (picture.width, picture.height), (1, 1))?;
+    let texture = make(
+        device,
+        ("atlas", FORMAT),
+        (picture.width, picture.height),
+        (1, 1),
+    )?;
+    write(queue, &texture, (0, 0), picture);
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+}
+
+/// The normals of texture views, as one array; of one size.
+pub(crate) fn upload_normals(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    pictures: &[ColourImage],
+) -> Result<wgpu::TextureView, LoadError> {
+    let size = (pictures.first()).map_or((1, 1), |p| (p.width, p.height));
+    let layers = layer_count(pictures.len() as u32);
+    let texture = make(device, ("normals", NORMALS), size, (layers, 1))?;
+    for (layer, picture) in (0..).zip(pictures) {
+        write(queue, &texture, (layer, 0), picture);
+    }
+    Ok(texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    }))
+}
+
+/// The normals of the atlas.
+pub(crate) fn upload_atlas_normals(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    picture: &ColourImage,
+) -> Result<wgpu::TextureView, LoadError> {
+    let size = (picture.width, picture.height);
+    let texture = make(device, ("atlas normals", NORMALS), size, (1, 1))?;
     write(queue, &texture, (0, 0), picture);
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
 fn make(
     device: &wgpu::Device,
-    label: &str,
+    (label, format): (&str, wgpu::TextureFormat),
     (width, height): (u32, u32),
     (layers, levels): (u32, u32),
 ) -> Result<wgpu::Texture, LoadError> {
@@ -142,7 +180,7 @@ fn make(
         mip_level_count: levels,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: FORMAT,
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     }))

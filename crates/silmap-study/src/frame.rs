@@ -157,12 +157,15 @@ impl ClipShape<'_> {
 pub struct PictureOptions {
     /// Format of what is drawn to; it must encode sRGB by itself and be blendable.
     pub target_format: wgpu::TextureFormat,
+    /// Whether assets are loaded with normals, so that lights can be moved.
+    pub relight: bool,
 }
 
 impl Default for PictureOptions {
     fn default() -> Self {
         Self {
             target_format: wgpu::TextureFormat::Rgba8UnormSrgb,
+            relight: false,
         }
     }
 }
@@ -193,6 +196,9 @@ pub struct FrameParams {
     pub background: Background,
     /// Lines in [`Mode::Edges`].
     pub edges: EdgeParams,
+    /// The direction to a light that shines instead of the studio light, of any length, in modes that show the full mesh or the hull. Hulls
+    /// are lit by it where [`PictureOptions::relight`] is set.
+    pub light: Option<DVec3>,
     /// The shadow on the ground, in modes that [cast one](Mode::casts_shadow).
     pub shadow: Option<ShadowParams>,
 }
@@ -260,6 +266,11 @@ pub enum RenderError {
         /// The mode asked for.
         mode: Mode,
     },
+    /// The asset tells no normals, by which a light would fall.
+    #[error(
+        "the asset cannot be lit anew: it has neither depths of its texture views nor normals in its atlas, or its pictures are photographs"
+    )]
+    NotRelit,
     /// The light of the shadow has no view.
     #[error(transparent)]
     Light(#[from] LightError),

@@ -24,10 +24,17 @@ pub(crate) struct Hulls {
     /// Made when first needed, by the format they draw to and how they smooth.
     renderers: Vec<(wgpu::TextureFormat, Antialias, Renderer)>,
     region: SpaceLoops,
+    /// Whether assets are loaded with normals.
+    relight: bool,
 }
 
 /// A renderer for pictures of a format, over depth and stencil as [`Targets`](crate::targets::Targets) have them.
-fn renderer_for(gpu: &Gpu, format: wgpu::TextureFormat, antialias: Antialias) -> Renderer {
+fn renderer_for(
+    gpu: &Gpu,
+    format: wgpu::TextureFormat,
+    antialias: Antialias,
+    relight: bool,
+) -> Renderer {
     let samples = match antialias {
         Antialias::Msaa => SAMPLES,
         Antialias::None | Antialias::Soft => 1,
@@ -43,6 +50,7 @@ fn renderer_for(gpu: &Gpu, format: wgpu::TextureFormat, antialias: Antialias) ->
     // Each picture brings one outline with it.
     options.outline_bytes = OUTLINE_BYTES;
     options.polytope_bytes = 0;
+    options.relight = relight;
     if antialias == Antialias::Soft {
         options.clip = ClipBy::Coverage;
         options.antialias = runtime::Antialias::Soft;
@@ -51,6 +59,14 @@ fn renderer_for(gpu: &Gpu, format: wgpu::TextureFormat, antialias: Antialias) ->
 }
 
 impl Hulls {
+    /// None loaded yet; those that are can be lit anew or not.
+    pub(crate) fn new(relight: bool) -> Self {
+        Self {
+            relight,
+            ..Self::default()
+        }
+    }
+
     /// Takes an asset in place of the one loaded before.
     pub(crate) fn load(
         &mut self,
@@ -75,7 +91,7 @@ impl Hulls {
         let is_it =
             |(of, by, _): &(wgpu::TextureFormat, Antialias, _)| (*of, *by) == (format, antialias);
         self.renderers.iter().position(is_it).unwrap_or_else(|| {
-            let renderer = renderer_for(gpu, format, antialias);
+            let renderer = renderer_for(gpu, format, antialias, self.relight);
             self.renderers.push((format, antialias, renderer));
             self.renderers.len() - 1
         })
@@ -108,7 +124,11 @@ impl Hulls {
             let depth = params.camera.depth(asset.model_bounds().center).max(near);
             set_region(&mut self.region, params, shape, depth)?;
         }
+        if params.light.is_some() && mode != Mode::Coarse && !asset.can_relight() {
+            return Err(RenderError::NotRelit);
+        }
         let instance = Instance {
+            light: params.light,
             paint: match mode {
                 Mode::Coarse => Paint::Lit,
                 _ => params.paint,

@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3};
 use silmap_geometry::{Camera, lighting};
 use silmap_gpu::wgpu;
+use silmap_runtime::PrepareError;
 
 /// `View` of `shaders/shared/view.wgsl`.
 #[repr(C)]
@@ -23,19 +24,34 @@ pub struct ViewUniform {
 
 impl ViewUniform {
     /// The uniform of a camera for geometry stored relative to `origin`, with depth from `near` to `far`.
-    pub(crate) fn new(camera: &Camera, origin: DVec3, near: f64, far: f64, dim: f32) -> Self {
+    pub(crate) fn new(
+        camera: &Camera,
+        origin: DVec3,
+        (near, far): (f64, f64),
+        (light, dim): (Option<DVec3>, f32),
+    ) -> Result<Self, PrepareError> {
         let clip = camera.clip_from_object(near, far) * DMat4::from_translation(origin);
-        let lights = lighting::LIGHTS.map(|[x, y, z, intensity]| {
+        let lights = match light {
+            None => lighting::LIGHTS,
+            Some(light) => {
+                // Lengths whose squares are no numbers are directions too.
+                let unit = (light / light.abs().max_element()).try_normalize();
+                let unit = unit.filter(|_| light.is_finite());
+                let [x, y, z] = unit.ok_or(PrepareError::NoLight)?.as_vec3().to_array();
+                [[x, y, z, lighting::MOVED], [0.0, 0.0, 1.0, 0.0]]
+            }
+        };
+        let lights = lights.map(|[x, y, z, intensity]| {
             let length = (x * x + y * y + z * z).sqrt();
             [x / length, y / length, z / length, intensity]
         });
-        Self {
+        Ok(Self {
             clip_from_object: clip.as_mat4().to_cols_array_2d(),
             lights,
             size_px: camera.size().as_vec2().to_array(),
             ambient: lighting::AMBIENT,
             dim,
-        }
+        })
     }
 }
 

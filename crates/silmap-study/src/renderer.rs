@@ -68,6 +68,7 @@ impl PictureRenderer {
     /// A renderer with nothing loaded.
     #[must_use]
     pub fn new(gpu: &Gpu, options: PictureOptions) -> Self {
+        let relight = options.relight;
         let layouts = Layouts::new(&gpu.device);
         let view = uniform_buffer(
             &gpu.device,
@@ -91,7 +92,7 @@ impl PictureRenderer {
             tints,
             clip: ClipBuffers::new(gpu),
             targets: None,
-            hulls: Hulls::default(),
+            hulls: Hulls::new(relight),
             shadows: Shadows::new(gpu),
             model: None,
             soup: None,
@@ -459,7 +460,7 @@ impl PictureRenderer {
                 EdgeLinesUniform::new(&params.camera, (origin, radius), (near, far), of_style);
             soup.write_lines(gpu, &lines);
         }
-        let uniform = ViewUniform::new(&params.camera, origin, near, far, dim);
+        let uniform = ViewUniform::new(&params.camera, origin, (near, far), (params.light, dim))?;
         gpu.queue
             .write_buffer(&self.view, 0, bytemuck::bytes_of(&uniform));
         Ok(())

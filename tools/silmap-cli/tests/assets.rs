@@ -352,3 +352,47 @@ fn names_that_promise_something_else_are_refused() {
         assert!(fs::read(&out).unwrap().starts_with(start), "{name}");
     }
 }
+
+#[test]
+fn assets_for_larger_screens_are_finer_and_told_so() {
+    let folder = scratch("heights");
+    let model = path(&fixture().model);
+    let build = |name: &str, height: &str, options: &[&str]| {
+        let out = folder.join(name);
+        let few = "--views 48 --keep 12 --faces 90 --texture-views 2 --backend cpu --json";
+        let few: Vec<&str> = few.split(' ').collect();
+        let of_height = ["build", model, "-o", path(&out), "--for-height", height];
+        let built = run_json(&[&of_height[..], &few, options].concat());
+        let full = run_json(&["inspect", path(&out), "--full", "--json"]);
+        (built["bytes"].as_u64().unwrap(), full, out)
+    };
+    let [small, large] = [("s.glb", "256"), ("l.glb", "600")].map(|(n, h)| build(n, h, &[]));
+    assert!(large.0 > small.0, "{} and {}", large.0, small.0);
+    for ((_, full, _), height) in [(&small, 256), (&large, 600)] {
+        let build = &full["params"]["build"];
+        assert_eq!(build["for_height_px"], height);
+        assert_eq!(build["resolution_px"], height / 2);
+        assert_eq!(full["map"]["resolution"], height / 2);
+    }
+    // What is given stays.
+    let (_, given, _) = build("g.glb", "600", &["--resolution", "64"]);
+    assert_eq!(given["map"]["resolution"], 64);
+    // Both ways of going on from an asset keep it.
+    let [again, fewer] = ["again.glb", "fewer.glb"].map(|n| folder.join(n));
+    run_json(&[
+        "build",
+        model,
+        "--params-from",
+        path(&small.2),
+        "-o",
+        path(&again),
+        "--json",
+    ]);
+    assert!(fs::read(&again).unwrap() == fs::read(&small.2).unwrap());
+    let keep = ["--keep", "8", "-o", path(&fewer), "--json"];
+    run_json(&[&["build", "--from", path(&small.2)][..], &keep].concat());
+    let fewer = run_json(&["inspect", path(&fewer), "--full", "--json"]);
+    assert_eq!(fewer["params"]["build"]["for_height_px"], 256);
+    let conflict = ["build", "--from", path(&small.2), "--for-height", "300"];
+    assert_eq!(run(&[&conflict[..], &keep].concat()).code, 2);
+}

@@ -104,6 +104,24 @@ fn wrong_usage_ends_in_2() {
         &[
             "render", asset, "--eye", "0,0,3", "-o", "o.png", "--mode", "exact",
         ],
+        &[
+            "render", asset, "--eye", "0,0,3", "-o", "o.png", "--light", "0,0,0",
+        ],
+        &[
+            "render", asset, "--eye", "0,0,3", "-o", "o.png", "--light", "1,inf,0",
+        ],
+        &[
+            "render",
+            asset,
+            "--eye",
+            "0,0,3",
+            "-o",
+            "o.png",
+            "--light",
+            "1,0,0",
+            "--mode",
+            "silhouette",
+        ],
     ] {
         let ended = run(arguments);
         assert_eq!(ended.code, 2, "{arguments:?}: {}", ended.err);

@@ -58,6 +58,7 @@ pub(crate) fn params(camera: Camera, look: Look) -> FrameParams {
         antialias: look.antialias,
         background: Background::Transparent,
         edges: EdgeParams::default(),
+        light: None,
         shadow: None,
     }
 }

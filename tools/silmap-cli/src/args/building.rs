@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use silmap_geometry::CoverageRule;
 use silmap_preprocess::capture::Backend;
+use silmap_preprocess::for_height::HEIGHTS_PX;
 use silmap_preprocess::parts::PartParams;
+use silmap_preprocess::pipeline::BuildParams;
 use silmap_preprocess::texture::{Parametrisation, PictureFormat, TextureParams, TileSizes};
 
 use super::{CarveArgs, KeptPartsArgs, ManifestArgs, MendingArgs, MethodArg, OutputArgs, PoolArgs};
@@ -42,8 +44,9 @@ pub(crate) struct DemoArgs {
 }
 
 /// What has no meaning for an asset that is there already.
-const FROM_CONFLICTS: [&str; 27] = [
+const FROM_CONFLICTS: [&str; 28] = [
     "model",
+    "for_height",
     "views",
     "choose_by",
     "resolution",
@@ -73,8 +76,8 @@ const FROM_CONFLICTS: [&str; 27] = [
 ];
 
 /// What an asset that is built like another takes from that one.
-const PARAMS_FROM_CONFLICTS: [&str; 28] = {
-    let mut names = ["from"; 28];
+const PARAMS_FROM_CONFLICTS: [&str; 29] = {
+    let mut names = ["from"; 29];
     names[1] = "keep";
     names[2] = "max_error";
     // All of those between the model and what is not a param.
@@ -169,6 +172,11 @@ pub(crate) struct CaptureArgs {
     /// Views to capture around the model
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
     pub(crate) views: u32,
+    /// Height at most at which the model is seen on the screen, in pixels: that of a picture that just holds its bounding sphere, as those
+    /// of `silmap render` do. It sets --resolution, --texture-size, --relief and --atlas-size to half of it, and --relief-bits, where
+    /// they are not given; --tolerance is in pixels of --resolution, and follows. The defaults are those for 1024
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(heights()))]
+    pub(crate) for_height: Option<u32>,
     /// Side of the captured pictures in pixels [default: 512; of a capture as fine as most photographs, from 256 to 1024]
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub(crate) resolution: Option<u32>,
@@ -228,12 +236,12 @@ pub(crate) struct TextureArgs {
     /// there are none where texture views are photographs [default: 512, or --texture-size where that is less]
     #[arg(long, value_name = "PIXELS|off", value_parser = parse_relief)]
     pub(crate) relief: Option<u32>,
-    /// Bits of a depth
-    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(2..=14))]
-    pub(crate) relief_bits: u32,
-    /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it
-    #[arg(long, value_name = "PIXELS", default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=2048))]
-    pub(crate) atlas_size: u32,
+    /// Bits of a depth [default: 9]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=14))]
+    pub(crate) relief_bits: Option<u32>,
+    /// Side of the atlas in pixels; it becomes more when the hull has too many faces for it [default: 512]
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(16..=2048))]
+    pub(crate) atlas_size: Option<u32>,
     /// How large the faces' tiles in the atlas are
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = TilesArg::Adaptive)]
     pub(crate) tiles: TilesArg,
@@ -257,9 +265,22 @@ fn parse_relief(text: &str) -> Result<u32, String> {
     }
 }
 
-impl From<&TextureArgs> for TextureParams {
-    fn from(args: &TextureArgs) -> Self {
-        let default = Self::default();
+/// `--for-height` as clap takes ranges.
+fn heights() -> std::ops::RangeInclusive<i64> {
+    i64::from(*HEIGHTS_PX.start())..=i64::from(*HEIGHTS_PX.end())
+}
+
+impl CaptureArgs {
+    /// The params that options which are not given keep.
+    pub(crate) fn defaults(&self) -> BuildParams {
+        (self.for_height).map_or_else(BuildParams::default, BuildParams::for_height)
+    }
+}
+
+impl TextureArgs {
+    /// The options as params; those that are not given keep the defaults.
+    pub(crate) fn params(&self, default: TextureParams) -> TextureParams {
+        let args = self;
         let size_px = args.texture_size.unwrap_or(default.size_px);
         let relief_px = args.relief.unwrap_or(default.relief_px.min(size_px));
         let is_plain = relief_px == 0;
@@ -268,20 +289,20 @@ impl From<&TextureArgs> for TextureParams {
         } else {
             default.quality
         };
-        Self {
+        TextureParams {
             views: args.texture_views,
             size_px,
             detailed: default.detailed && args.texture_size.is_none() && !is_plain,
             format: args.texture_format.into(),
             quality: args.texture_quality.unwrap_or(quality),
             relief_px,
-            relief_bits: args.relief_bits,
+            relief_bits: args.relief_bits.unwrap_or(default.relief_bits),
             budget_bytes: args.texture_bytes,
-            atlas_px: args.atlas_size,
+            atlas_px: args.atlas_size.unwrap_or(default.atlas_px),
             tiles: args.tiles.into(),
             parametrisation: args.parametrisation.into(),
             normals: !args.no_normals,
-            ..Self::default()
+            ..default
         }
     }
 }

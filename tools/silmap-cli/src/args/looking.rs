@@ -122,6 +122,11 @@ pub(crate) struct RenderArgs {
     /// lies across --up
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
     pub(crate) shadow: Option<DVec3>,
+    /// Light the model from this direction, in the model's coordinates, instead of by the studio light that its pictures have in them: that
+    /// is divided out by the model's normals, as depths of texture views or the atlas tell them. Modes original, coarse, textured,
+    /// clipped and exact
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_point, allow_hyphen_values = true)]
+    pub(crate) light: Option<DVec3>,
     /// The full mesh, for modes that need it
     #[arg(long, value_name = "MODEL")]
     pub(crate) model: Option<PathBuf>,

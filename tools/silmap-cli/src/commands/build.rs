@@ -17,7 +17,6 @@ use silmap_preprocess::parts::PartParams;
 use silmap_preprocess::pipeline::{self, BuildParams, BuildReport, Photographed};
 use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
-use silmap_preprocess::texture::TextureParams;
 
 use crate::args::{BackendArg, BuildArgs, CarveArgs, CoverageArg, usage_error};
 use crate::commands::captured::{self, CaptureJson, CarvedCapture};
@@ -180,7 +179,10 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
         // So that a missing adapter is known before the work, and by its own exit code.
         open_gpu()?;
     }
-    let asked_px = TextureParams::from(&args.textures).size_px;
+    let asked_px = args
+        .textures
+        .params(args.capture.defaults().textures)
+        .size_px;
     let texture_px = recipe.map_or(asked_px, |recipe| recipe.build.textures.size_px);
     let mut carved = silmap_capture::is_capture(model_path)
         .then(|| CarvedCapture::of(model_path, &args.carving, texture_px))
@@ -199,7 +201,10 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     let params = recipe.map_or_else(
         || {
             let fitting = (carved.as_ref()).map(|c| captured::fitting_resolution_px(&c.capture));
-            let resolution_px = fitting.unwrap_or(BuildParams::default().resolution_px);
+            // What it is for is said, or else the photographs say it.
+            let asked = args.capture.defaults();
+            let fitting = fitting.filter(|_| asked.for_height_px.is_none());
+            let resolution_px = fitting.unwrap_or(asked.resolution_px);
             params_from_args(args, model.mesh.bounds().radius, resolution_px)
         },
         |recipe| recipe.build.clone(),
@@ -413,6 +418,7 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
     let (captured, kept) = (&args.capture, &args.map);
     let coverage = CoverageRule::from(captured.coverage);
     let default_tolerance = SimplifyContourParams::for_coverage(coverage).tolerance_px;
+    let defaults = captured.defaults();
     let mut params = BuildParams {
         load: load_options(args.mending),
         views: captured.views,
@@ -428,8 +434,8 @@ fn params_from_args(args: &BuildArgs, model_radius: f64, resolution_px: u32) -> 
             most: captured.parts,
             ..PartParams::default()
         },
-        textures: (&args.textures).into(),
-        ..BuildParams::default()
+        textures: args.textures.params(defaults.textures),
+        ..defaults
     };
     params.map.keep = kept.keep.unwrap_or(params.map.keep).min(captured.views);
     params.map.max_error = kept.max_error.map(|share| share.0);
@@ -454,7 +460,7 @@ mod tests {
         let Command::Build(args) = cli.command else {
             panic!("build is not build");
         };
-        params_from_args(&args, 2.0, BuildParams::default().resolution_px)
+        params_from_args(&args, 2.0, args.capture.defaults().resolution_px)
     }
 
     #[test]
@@ -474,6 +480,9 @@ mod tests {
             ("--choose-by hull", |p| p.map.method == Method::Hull),
             ("--method paper", |p| p.map.method == Method::Paper),
             ("--max-error 0.5%", |p| p.map.max_error == Some(0.005)),
+            ("--for-height 512", |p| {
+                (p.for_height_px, p.resolution_px, p.textures.size_px) == (Some(512), 256, 256)
+            }),
             ("--resolution 64", |p| p.resolution_px == 64),
             ("--tolerance 1.5", |p| p.tolerance_px == 1.5),
             ("--parts 3", |p| p.parts.most == 3),
@@ -517,6 +526,32 @@ mod tests {
             let words: Vec<&str> = options.split(' ').collect();
             assert!(heard(&params_of(&words)), "{options} is not heard");
             assert!(!heard(&plain), "{options} is what happens anyway");
+        }
+    }
+
+    #[test]
+    fn options_that_are_given_win_over_the_height() {
+        let plain = params_of(&["--for-height", "2048"]);
+        assert_eq!(plain, BuildParams::for_height(2048));
+        let height = ["--for-height", "2048", "--resolution", "300", "--relief"];
+        let given = params_of(&[&height[..], &["100", "--atlas-size", "64"]].concat());
+        let mut wanted = plain;
+        wanted.resolution_px = 300;
+        (wanted.textures.relief_px, wanted.textures.atlas_px) = (100, 64);
+        assert_eq!(given, wanted);
+    }
+
+    #[test]
+    fn heights_out_of_range_are_refused_by_name() {
+        for height in ["255", "4097", "-1", "0", "tall"] {
+            let words = ["silmap", "build", "m.ply", "-o", "m.glb"];
+            let option = format!("--for-height={height}");
+            let refused = Cli::try_parse_from(words.into_iter().chain([option.as_str()]));
+            let error = refused.unwrap_err().to_string();
+            assert!(
+                error.contains("--for-height") && error.contains(height),
+                "{error}"
+            );
         }
     }
 }

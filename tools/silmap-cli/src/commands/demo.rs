@@ -191,6 +191,7 @@ pub(crate) fn frame(asset: &Asset, camera: Camera, mode: Mode) -> FrameParams {
         antialias: Antialias::Soft,
         background: Background::Colour([255; 3]),
         edges: EdgeParams::default(),
+        light: None,
         shadow: None,
     }
 }

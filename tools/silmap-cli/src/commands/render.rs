@@ -102,6 +102,9 @@ fn check_usage(args: &RenderArgs) {
             "--shadow is for the modes coarse, textured and clipped",
         );
     }
+    if let Some(light) = args.light {
+        check_light(light, args.mode);
+    }
     if args.photograph.is_some() && args.camera.captured.camera.is_none() {
         captured_camera::without_camera("--photograph <WHERE>");
     }
@@ -118,6 +121,23 @@ fn check_usage(args: &RenderArgs) {
         usage_error(
             ErrorKind::ArgumentConflict,
             "--soup is for the modes edges-*",
+        );
+    }
+}
+
+/// Ends the program when a light is no direction, or nothing is lit.
+fn check_light(light: DVec3, mode: ModeArg) {
+    if !light.is_finite() || light == DVec3::ZERO {
+        usage_error(
+            ErrorKind::ValueValidation,
+            "--light is the direction to a light: three finite numbers, not all zero",
+        );
+    }
+    let mode = Mode::from(mode);
+    if !mode.shows_hull() && mode != Mode::Original {
+        usage_error(
+            ErrorKind::ArgumentConflict,
+            "--light is for the modes original, coarse, textured, clipped and exact",
         );
     }
 }
@@ -172,6 +192,7 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             width_px: args.width as f32,
             by_item_buffer: args.soup,
         },
+        light: args.light,
         shadow: args.shadow.map(|to_light| ShadowParams {
             to_light,
             up: args.camera.up.unwrap_or(DVec3::Y),
@@ -185,7 +206,13 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         _ => None,
     };
     let gpu = open_gpu()?;
-    let mut renderer = PictureRenderer::new(&gpu, PictureOptions::default());
+    let mut renderer = PictureRenderer::new(
+        &gpu,
+        PictureOptions {
+            relight: args.light.is_some(),
+            ..PictureOptions::default()
+        },
+    );
     let named = || {
         let input = args.asset.as_deref().or(args.model.as_deref());
         input.unwrap_or(Path::new("")).display().to_string()
@@ -207,6 +234,12 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     }
     .map_err(|error| name_limit(error, &gpu));
     let picture = picture.map_err(|error| {
+        if let Some(RenderError::NotRelit) = error.downcast_ref() {
+            return anyhow::anyhow!(
+                "{}: --light needs the model's normals and colours in a known light: it was built with --relief off and --no-normals, or its pictures are photographs",
+                named()
+            );
+        }
         let of_light =
             |e: &RenderError| matches!(e, RenderError::Light(_) | RenderError::LightBelowGround);
         let is_of_light = error.downcast_ref().is_some_and(of_light);
