@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use super::arithmetic::{Bit, BitReader, BitWriter, Coder};
 use super::levels::check_coarsest;
 use super::packing::{Decoder, Encoder};
-use super::silhouettes::{Grid, MAX_STEPS, MapHeader, POINT_GRID, check_camera};
+use super::rounding::{Grid, MAX_STEPS, MapHeader, POINT_GRID, check_camera};
 use super::{AssetError, document};
 use crate::{CapturedView, SilhouetteMap, ViewContour};
 

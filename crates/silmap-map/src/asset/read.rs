@@ -14,7 +14,7 @@ use super::document::{
 use super::hull_mesh::{self, HullArrays};
 use super::pictures::{check_atlas_picture, check_picture};
 use super::references;
-use super::silhouettes::MapHeader;
+use super::rounding::MapHeader;
 use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
     TextureView,

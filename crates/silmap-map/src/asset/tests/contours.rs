@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::super::packing::Encoder;
-use super::super::silhouettes::MapHeader;
+use super::super::rounding::MapHeader;
 use super::super::{contours, silhouettes};
 use super::*;
 
