@@ -20,7 +20,7 @@ use crate::depths;
 use crate::normals;
 use crate::pipelines::{AssetBindings, CORNER_STRIDE, Layouts};
 use crate::textures::{
-    MOST_VIEWS, blank, decode, upload_atlas_normals, upload_normals, upload_picture, upload_views,
+    FORMAT, MOST_VIEWS, NORMALS, blank, decode, upload_normals, upload_picture, upload_views,
 };
 
 /// An asset that can be drawn by every renderer of its device. Copies are cheap, and are the same asset.
@@ -105,7 +105,7 @@ impl LoadedAsset {
             Some(atlas) => decode(&atlas.image, textures.views.len())?,
             None => blank(),
         };
-        let atlas = upload_picture(device, queue, &atlas)?;
+        let atlas = upload_picture(device, queue, &atlas, ("atlas", FORMAT))?;
         let depths = depths::upload(device, queue, textures, &bounds)?;
         let normals = if is_relit {
             Normals::of(asset)?
@@ -115,7 +115,7 @@ impl LoadedAsset {
         let has_normals = (!normals.views.is_empty(), normals.atlas.is_some());
         let view_normals = upload_normals(device, queue, &normals.views)?;
         let of_atlas = normals.atlas.unwrap_or_else(normals::none);
-        let atlas_normals = upload_atlas_normals(device, queue, &of_atlas)?;
+        let atlas_normals = upload_picture(device, queue, &of_atlas, ("atlas normals", NORMALS))?;
         let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("asset"),
             contents: bytemuck::bytes_of(&uniform_of(asset, &bounds, has_normals)),

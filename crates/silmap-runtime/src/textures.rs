@@ -11,10 +11,11 @@ use crate::mips::{Halving, level_count};
 /// Texture views that a face's visibility bits can name; the length of the arrays in `shaders/paint.wgsl`.
 pub(crate) const MOST_VIEWS: usize = 64;
 
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// Of colours.
+pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 /// Of normals.
-const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(crate) const NORMALS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Decodes a picture of the asset.
 pub(crate) fn decode(image: &EncodedImage, index: usize) -> Result<ColourImage, LoadError> {
@@ -110,18 +111,15 @@ pub(crate) fn upload_views(
     }))
 }
 
-/// One picture, without smaller versions: tiles of an atlas would run into each other.
+/// One picture, of colours or of normals, without smaller versions: tiles of an atlas would run into each other.
 pub(crate) fn upload_picture(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     picture: &ColourImage,
+    (label, format): (&str, wgpu::TextureFormat),
 ) -> Result<wgpu::TextureView, LoadError> {
-    let texture = make(
-        device,
-        ("atlas", FORMAT),
-        (picture.width, picture.height),
-        (1, 1),
-    )?;
+    let size = (picture.width, picture.height);
+    let texture = make(device, (label, format), size, (1, 1))?;
     write(queue, &texture, (0, 0), picture);
     Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
@@ -142,18 +140,6 @@ pub(crate) fn upload_normals(
         dimension: Some(wgpu::TextureViewDimension::D2Array),
         ..Default::default()
     }))
-}
-
-/// The normals of the atlas.
-pub(crate) fn upload_atlas_normals(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    picture: &ColourImage,
-) -> Result<wgpu::TextureView, LoadError> {
-    let size = (picture.width, picture.height);
-    let texture = make(device, ("atlas normals", NORMALS), size, (1, 1))?;
-    write(queue, &texture, (0, 0), picture);
-    Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
 fn make(

@@ -4,7 +4,7 @@
 //! colour and, where they were baked, its normals. The rest is in the optional extension [`EXTENSION_NAME`] at the root of the document: [`silhouettes`], [`paint`]
 //! and what [`hull_mesh`] needs to undo the unwelding. A reader that does not know the extension sees a plain low-polygon
 //! model, at the model's place. Modules: [`container`] (chunks, checksum), [`document`] (JSON), [`packing`] (numbers as bytes), [`levels`]
-//! (contours of less detail), [`contours`] (silhouettes of several parts, by [`arithmetic`]), [`rounding`] (what numbers are rounded to), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`relief`] (depths of texture views), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
+//! (contours of less detail), [`contours`] (silhouettes of several parts, by [`contour_coder`]), [`map_bytes`] (either, by version), [`rounding`] (what numbers are rounded to), [`references`] (what the extension refers to, and its checksum), [`contents`] (bytes behind a document), [`attach`](mod@attach) (putting data back), [`order`] (how to go on losing views), [`relief`] (depths of texture views, by [`arithmetic`]), [`placement`] (where it stands), and [`write`](mod@write) and [`read`](mod@read), which put them together.
 //!
 //! Writing rounds contours to 1/16 pixel, depths to 1/4096 of the radius or a quarter of a pixel, and the error curve to single precision;
 //! everything else comes back bit for bit, and writing what was read gives the same bytes.
@@ -13,16 +13,20 @@ mod arithmetic;
 mod attach;
 mod container;
 mod contents;
+mod contour_coder;
 mod contours;
 mod document;
 mod hull_mesh;
 mod levels;
+mod map_bytes;
 mod nodes;
 mod order;
 mod packing;
 mod paint;
 mod pictures;
 mod placement;
+mod polytope;
+mod quantise;
 mod read;
 mod references;
 mod relief;
@@ -44,12 +48,14 @@ pub use attach::{AttachError, Attached, attach};
 pub use container::{HEADER_BYTES, json_length};
 pub use contents::Beside;
 pub use document::{EXTENSION_NAME, FORMAT_VERSION};
+pub use map_bytes::depth_steps_per_radius;
 pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
 pub use placement::Placement;
+pub use quantise::quantise;
 pub use read::{model_name, read, read_with, sizes, sizes_with};
 pub use rounding::POINT_STEPS_PER_PX;
 pub use same_hull::{HullDifference, SAME_HULL_SHARE, Triangles};
-pub use silhouettes::{depth_steps_per_radius, quantise};
+
 pub use tangents::TangentFrames;
 pub use write::write;
 

@@ -8,10 +8,10 @@ use serde_json::{Map, Value};
 
 use super::contents::{Beside, Buffers, Data};
 use super::document::{
-    EXTENSION_NAME, Extension, FORMAT_VERSION, ONE_PART_VERSION, PlainDocument, TRACE,
-    WHOLE_FILE_VERSION,
+    EXTENSION_NAME, Extension, FORMAT_VERSION, PlainDocument, TRACE, WHOLE_FILE_VERSION,
 };
 use super::hull_mesh::{self, HullArrays};
+use super::map_bytes::MapBytes;
 use super::pictures::{check_atlas_picture, check_picture};
 use super::references;
 use super::rounding::MapHeader;
@@ -19,7 +19,7 @@ use super::{
     Asset, AssetError, AssetSizes, Atlas, BuildRecord, EncodedImage, Placement, TextureSet,
     TextureView,
 };
-use super::{container, contours, levels, order, paint, placement, relief, silhouettes};
+use super::{container, order, paint, placement, relief, silhouettes};
 
 /// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
 ///
@@ -299,17 +299,13 @@ impl<'a> Contents<'a> {
             tolerance_px: map.tolerance,
             coverage: map.coverage.into(),
         };
-        let levels_view = map.levels_view;
         let photographed = map.photographed.as_deref();
-        let bytes = self.data().view(map.silhouettes_view)?;
-        let mut map = if self.version > ONE_PART_VERSION {
-            contours::decode(&header, bytes)?
-        } else {
-            silhouettes::decode(&header, bytes)?
+        let bytes = MapBytes {
+            version: self.version,
+            silhouettes: self.data().view(map.silhouettes_view)?.into(),
+            levels: (self.data().view_if_there(map.levels_view)?).map(Into::into),
         };
-        if let Some(bytes) = self.data().view_if_there(levels_view)? {
-            levels::decode(bytes, &mut map)?;
-        }
+        let mut map = bytes.decode(&header)?;
         if let Some(shares) = photographed {
             silhouettes::set_photographed(&mut map, shares)?;
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use silmap_geometry::{Camera, CoverageRule};
 
 use super::AssetError;
-use crate::SilhouetteMap;
+use crate::{CapturedView, SilhouetteMap};
 
 /// Contour points are rounded to this fraction of a pixel, so each moves by at most 1/32 pixel along x and y.
 pub const POINT_STEPS_PER_PX: f64 = 16.0;
@@ -33,6 +33,19 @@ impl MapHeader {
             resolution_px: map.resolution_px,
             tolerance_px: map.tolerance_px,
             coverage: map.coverage,
+        }
+    }
+
+    /// The map of these views and triangles.
+    pub(super) fn map(&self, views: Vec<CapturedView>, triangles: Vec<[u32; 3]>) -> SilhouetteMap {
+        SilhouetteMap {
+            center: self.center,
+            radius: self.radius,
+            resolution_px: self.resolution_px,
+            tolerance_px: self.tolerance_px,
+            coverage: self.coverage,
+            views,
+            triangles,
         }
     }
 

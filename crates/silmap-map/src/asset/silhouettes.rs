@@ -1,4 +1,4 @@
-//! Views, contours, depths and the polytope as bytes, of maps of one part; those of several have [`contours`].
+//! Views, contours, depths and the polytope as bytes, of maps of one part; those of several have [`contours`](super::contours).
 //!
 //! A view's camera is not stored: it is the one that fits the bounding sphere from the eye, rebuilt when reading. Contour
 //! points are integers in units of 1/16 pixel. When all points of a view are multiples of a larger power of two (as traced
@@ -10,29 +10,16 @@ use glam::{DVec2, DVec3};
 
 use super::packing::{Decoder, Encoder};
 use super::rounding::{Grid, MapHeader, POINT_GRID, POINT_STEPS_PER_PX, check_camera};
-use super::{Asset, AssetError, contours, levels};
+use super::{AssetError, polytope};
 use crate::{CapturedView, SilhouetteMap, ViewContour};
 
-/// The fraction of the bounding radius that depths of a map are rounded to, so that each moves by at most half of it: 1/4096 where all
-/// contours are of one part, else by the side of captures, from 1/1024 at 512 pixels or fewer to 1/4096 at more than 1024.
-#[must_use]
-pub fn depth_steps_per_radius(map: &SilhouetteMap) -> f64 {
-    let bits = if map.part_count() > 1 {
-        contours::depth_bits(map.resolution_px)
-    } else {
-        DEPTH_BITS
-    };
-    f64::from(1_u32 << bits)
-}
-
 /// Depths are rounded to 1/4096 of the bounding radius.
-const DEPTH_BITS: u32 = 12;
+pub(super) const DEPTH_BITS: u32 = 12;
 
 const PART: &str = "silhouettes";
 
-/// Fewest bytes of a view (eye, shift, contour count), a triangle, a contour and a point.
+/// Fewest bytes of a view (eye, shift, contour count), a contour and a point.
 const VIEW_BYTES: usize = 26;
-const TRIANGLE_BYTES: usize = 3;
 const CONTOUR_BYTES: usize = 1;
 const POINT_BYTES: usize = 2;
 
@@ -83,46 +70,6 @@ pub(super) fn set_photographed(map: &mut SilhouetteMap, shares: &[f64]) -> Resul
     Ok(())
 }
 
-/// The asset as it comes back from a file: contours, depths and errors rounded.
-///
-/// # Errors
-/// When a number is too large to be stored or a view's camera is not determined by its eye.
-pub fn quantise(asset: &Asset) -> Result<Asset, AssetError> {
-    let header = MapHeader::of(&asset.map);
-    let mut map = if asset.map.part_count() > 1 {
-        contours::decode(&header, &contours::encode(&asset.map)?)?
-    } else {
-        let mut map = decode(&header, &encode(&asset.map)?)?;
-        if let Some(bytes) = levels::encode(&asset.map)? {
-            levels::decode(&bytes, &mut map)?;
-        }
-        map
-    };
-    if let Some(shares) = photographed(&asset.map)? {
-        set_photographed(&mut map, &shares)?;
-    }
-    let mut rounded = Asset {
-        map,
-        record: asset.record.clone(),
-        hull: asset.hull.clone(),
-        textures: asset.textures.clone(),
-        placement: asset.placement,
-    };
-    let record = &mut rounded.record;
-    for (_, share) in record
-        .error_curve
-        .iter_mut()
-        .chain(&mut record.uniform_curve)
-    {
-        *share = f64::from(*share as f32);
-    }
-    super::references::spell_integers(&mut record.params);
-    if let Some(order) = &mut record.order {
-        order.round();
-    }
-    Ok(rounded)
-}
-
 pub(super) fn encode(map: &SilhouetteMap) -> Result<Vec<u8>, AssetError> {
     let header = MapHeader::of(map);
     header.check()?;
@@ -139,17 +86,7 @@ pub(super) fn encode(map: &SilhouetteMap) -> Result<Vec<u8>, AssetError> {
             &header.depth_grid(view.camera.eye, DEPTH_BITS),
         )?;
     }
-    out.count(map.triangles.len());
-    for &index in map.triangles.iter().flatten() {
-        if index as usize >= map.views.len() {
-            return Err(AssetError::NoSuch {
-                what: "view",
-                index: index.into(),
-                count: map.views.len(),
-            });
-        }
-        out.unsigned(index.into());
-    }
+    polytope::encode(&mut out, map)?;
     Ok(out.finish())
 }
 
@@ -216,22 +153,9 @@ pub(super) fn decode(header: &MapHeader, bytes: &[u8]) -> Result<SilhouetteMap, 
             photographed: None,
         });
     }
-    let triangle_count = read.count(TRIANGLE_BYTES)?;
-    let mut triangles = Vec::with_capacity(triangle_count);
-    for _ in 0..triangle_count {
-        let mut view = || read.index("view", view_count);
-        triangles.push([view()?, view()?, view()?]);
-    }
+    let triangles = polytope::decode(&mut read, view_count)?;
     read.finish()?;
-    Ok(SilhouetteMap {
-        center: header.center,
-        radius: header.radius,
-        resolution_px: header.resolution_px,
-        tolerance_px: header.tolerance_px,
-        coverage: header.coverage,
-        views,
-        triangles,
-    })
+    Ok(header.map(views, triangles))
 }
 
 fn decode_contours(

@@ -4,13 +4,11 @@ use glam::DVec3;
 
 use super::container::{self, CHECKSUM_BLANK};
 use super::document::{
-    AtlasPart, BuildPart, Document, Extension, FORMAT_VERSION, HullPart, MapPart, ModelPart,
-    ONE_PART_VERSION, TexturePart,
+    AtlasPart, BuildPart, Document, Extension, HullPart, MapPart, ModelPart, TexturePart,
 };
 use super::pictures::{check_atlas_picture, check_picture};
 use super::{
-    Asset, AssetError, contours, hull_mesh, levels, order, paint, read, references, relief,
-    silhouettes,
+    Asset, AssetError, hull_mesh, map_bytes, order, paint, read, references, relief, silhouettes,
 };
 
 /// The bytes of the `.glb` file that holds `asset`: the same for the same asset, always.
@@ -62,19 +60,10 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             limit: f64::MAX,
         });
     }
-    let has_parts = map.part_count() > 1;
-    let (silhouettes, levels) = if has_parts {
-        (contours::encode(map)?, None)
-    } else {
-        (silhouettes::encode(map)?, levels::encode(map)?)
-    };
+    let map_bytes = map_bytes::encode(map)?;
     let buffers = &mut document.buffers;
     let mut extension = Extension {
-        format_version: if has_parts {
-            FORMAT_VERSION
-        } else {
-            ONE_PART_VERSION
-        },
+        format_version: map_bytes.version,
         checksum: CHECKSUM_BLANK.into(),
         data_bytes: 0,
         model: ModelPart {
@@ -108,8 +97,8 @@ pub fn write(asset: &Asset) -> Result<Vec<u8>, AssetError> {
             resolution: map.resolution_px,
             tolerance: map.tolerance_px,
             coverage: map.coverage.into(),
-            silhouettes_view: buffers.push(&silhouettes),
-            levels_view: levels.map(|bytes| buffers.push(&bytes)),
+            silhouettes_view: buffers.push(&map_bytes.silhouettes),
+            levels_view: (map_bytes.levels).map(|bytes| buffers.push(&bytes)),
             photographed: silhouettes::photographed(map)?,
         },
         hull: HullPart {
