@@ -119,6 +119,33 @@ impl<P: Copy> Loops<P> {
             .map(|(start, &end)| &self.points[start as usize..end as usize])
     }
 
+    /// Number of finished loops.
+    pub(crate) fn n_loops(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Removes those of the loops from number `first` on that `is_kept` says no to; it is given their numbers from there. No loop is
+    /// being written.
+    pub(crate) fn retain_from(&mut self, first: usize, is_kept: impl Fn(usize) -> bool) {
+        let mut from = first.checked_sub(1).map_or(0, |k| self.ends[k] as usize);
+        let (mut n_kept, mut end) = (first, from);
+        for k in first..self.ends.len() {
+            let range = from..self.ends[k] as usize;
+            from = range.end;
+            if is_kept(k - first) {
+                let count = range.len();
+                self.points.copy_within(range, end);
+                end += count;
+                self.ends[n_kept] = end as u32;
+                self.parts[n_kept] = self.parts[k];
+                n_kept += 1;
+            }
+        }
+        self.points.truncate(end);
+        self.ends.truncate(n_kept);
+        self.parts.truncate(n_kept);
+    }
+
     /// All loops, in order, each with the part that it is of.
     pub fn of_parts(&self) -> impl Iterator<Item = (u16, &[P])> + '_ {
         self.parts.iter().copied().zip(self.iter())

@@ -2,12 +2,19 @@
 //!
 //! Source: beyond the paper. Between two views, where one part of the object begins to hide another, small pieces may come off.
 
-use glam::{DVec3, Vec3Swizzles};
+use glam::DVec3;
 
-use crate::loops::{InPlane, SeenLoops};
+use crate::loops::{DeepLoops, InPlane, SeenLoops};
 
-/// Crumbs are smaller than this share of the outline's area.
+/// Crumbs are pieces smaller than this share of the outline's area.
 const CRUMB_AREA_REL: f64 = 1e-3;
+
+/// Holes that no view shows are crumbs below this share. Between parts a gap opens and closes where it does in space: a hole is more often
+/// right than a piece is.
+const CRUMB_HOLE_AREA_REL: f64 = 3e-5;
+
+/// Between two views, pieces of one part are crumbs below this share of what is seen of the part.
+const CRUMB_PART_AREA_REL: f64 = 0.02;
 
 /// Loops of a smaller area, in square pixels, are specks that thinned-out sides leave where they cross.
 const SPECK_PX2: f64 = 0.05;
@@ -17,26 +24,17 @@ pub(crate) fn is_speck<P: InPlane>(points: &[P]) -> bool {
     double_area(points).abs() <= 2.0 * SPECK_PX2
 }
 
-fn double_area<P: InPlane>(points: &[P]) -> f64 {
+/// Twice the signed area.
+pub(crate) fn double_area<P: InPlane>(points: &[P]) -> f64 {
     let Some(&last) = points.last() else {
         return 0.0;
     };
-    let steps = std::iter::once(&last).chain(points).zip(points);
-    steps.map(|(a, b)| a.place().perp_dot(b.place())).sum()
-}
-
-/// Signed area.
-fn area_of(points: &[DVec3]) -> f64 {
-    let (Some(first), Some(last)) = (points.first(), points.last()) else {
-        return 0.0;
-    };
-    let origin = first.xy();
-    let closing = std::iter::once((last, first));
-    let steps = points.iter().zip(&points[1..]).chain(closing);
-    let twice: f64 = steps
-        .map(|(a, b)| (a.xy() - origin).perp_dot(b.xy() - origin))
-        .sum();
-    twice * 0.5
+    let origin = last.place();
+    // The steps from the last point and to it add nothing.
+    let steps = points.iter().zip(points.iter().skip(1));
+    steps
+        .map(|(a, b)| (a.place() - origin).perp_dot(b.place() - origin))
+        .sum()
 }
 
 /// How many loops of each kind there are.
@@ -51,7 +49,7 @@ impl PieceCounts {
     pub(crate) fn of(outline: &SeenLoops) -> Self {
         let mut counts = Self::default();
         for points in outline.iter() {
-            if area_of(points) > 0.0 {
+            if double_area(points) > 0.0 {
                 counts.outer += 1;
             } else {
                 counts.holes += 1;
@@ -95,10 +93,35 @@ impl CrumbScratch {
         is_nothing: impl Fn(&[DVec3]) -> bool,
         output: &mut SeenLoops,
     ) {
+        self.areas.clear();
+        self.areas.extend(outline.iter().map(double_area));
+        self.mark(views, [CRUMB_AREA_REL, CRUMB_HOLE_AREA_REL]);
+        let loops = outline.iter().zip(&self.areas);
+        let kept = loops.filter(|(points, area)| **area != 0.0 && !is_nothing(points));
+        output.assign(kept.map(|(points, _)| points));
+    }
+
+    /// Removes the smallest pieces of one part, whose loops are those of `seen` from number `first` on, where there are more than `most` and
+    /// they are crumbs. Holes stay: there is something else of the model in most.
+    pub(crate) fn leave_out_pieces(&mut self, most: usize, first: usize, seen: &mut DeepLoops) {
+        if seen.n_loops() - first <= most {
+            return;
+        }
+        self.areas.clear();
+        self.areas.extend(seen.iter().skip(first).map(double_area));
+        let views = PieceCounts {
+            outer: most,
+            holes: usize::MAX,
+        };
+        self.mark(views, [CRUMB_PART_AREA_REL, 0.0]);
+        seen.retain_from(first, |k| self.areas[k] != 0.0);
+    }
+
+    /// Sets the areas of crumbs to zero: of the smallest pieces and holes of which there are more than in `views`, those below the shares
+    /// of the whole for either kind.
+    fn mark(&mut self, views: PieceCounts, [piece, hole]: [f64; 2]) {
         let areas = &mut self.areas;
-        areas.clear();
-        areas.extend(outline.iter().map(area_of));
-        let largest_crumb = CRUMB_AREA_REL * areas.iter().sum::<f64>();
+        let whole = areas.iter().sum::<f64>();
         self.order.clear();
         self.order.extend(0..areas.len());
         // Equal ones in their order.
@@ -106,18 +129,16 @@ impl CrumbScratch {
         self.order.sort_unstable_by_key(key);
         let mut found = PieceCounts::default();
         for &k in &self.order {
-            let (n, n_views) = if areas[k] > 0.0 {
-                (&mut found.outer, views.outer)
+            let (n, n_views, share) = if areas[k] > 0.0 {
+                (&mut found.outer, views.outer, piece)
             } else {
-                (&mut found.holes, views.holes)
+                (&mut found.holes, views.holes, hole)
             };
             *n += 1;
-            if *n > n_views && areas[k].abs() < largest_crumb {
+            if *n > n_views && areas[k].abs() < share * whole {
                 areas[k] = 0.0;
             }
         }
-        let loops = outline.iter().zip(areas).filter(|(_, area)| **area != 0.0);
-        output.assign(loops.map(|(points, _)| points).filter(|l| !is_nothing(l)));
     }
 }
 
@@ -144,7 +165,8 @@ mod tests {
             square(0.0, 100.0, true),
             square(200.0, 2.0, true),
             square(300.0, 20.0, true),
-            square(10.0, 1.0, false),
+            square(10.0, 0.5, false),
+            square(20.0, 2.0, false),
         ];
         let mut outline = SeenLoops::default();
         for points in &loops {
@@ -161,10 +183,45 @@ mod tests {
         };
         assert_eq!(
             kept(1, 0),
-            [loops[0].clone(), loops[2].clone()],
-            "a large piece stays"
+            [0, 2, 4].map(|k| loops[k].clone()),
+            "a large piece stays, and a hole of its size"
         );
-        assert_eq!(kept(3, 0), loops[..3].to_vec());
-        assert_eq!(kept(3, 1), loops.to_vec());
+        assert_eq!(kept(3, 1), [0, 1, 2, 4].map(|k| loops[k].clone()));
+        assert_eq!(kept(3, 2), loops.to_vec());
+    }
+
+    /// Only the part at hand loses pieces, and never the largest that a view has.
+    #[test]
+    fn pieces_of_a_part_go_where_neither_view_has_as_many() {
+        let mut seen = DeepLoops::default();
+        let mut add = |part: u16, x: f64, side: f64, is_outer: bool| {
+            seen.set_part(part);
+            for p in square(x, side, is_outer) {
+                seen.push(p.extend(1.0).extend(0.0));
+            }
+            seen.close();
+        };
+        add(0, 0.0, 1.0, true);
+        for (x, side, is_outer) in [
+            (10.0, 1.0, true),
+            (30.0, 20.0, true),
+            (31.0, 1.0, false),
+            (60.0, 9.0, true),
+            (80.0, 2.0, true),
+        ] {
+            add(1, x, side, is_outer);
+        }
+        let kept = |most: usize| -> Vec<f64> {
+            let mut seen = seen.clone();
+            CrumbScratch::default().leave_out_pieces(most, 1, &mut seen);
+            assert!(seen.of_parts().skip(1).all(|(part, _)| part == 1));
+            let firsts = seen
+                .iter()
+                .map(|l| l.iter().fold(f64::INFINITY, |x, p| x.min(p.x)));
+            firsts.collect()
+        };
+        assert_eq!(kept(1), [0.0, 30.0, 31.0, 60.0], "a large piece stays");
+        assert_eq!(kept(3), [0.0, 30.0, 31.0, 60.0, 80.0]);
+        assert_eq!(kept(4), [0.0, 10.0, 30.0, 31.0, 60.0, 80.0]);
     }
 }

@@ -16,6 +16,7 @@ use crate::loops::DeepLoops;
 use crate::sweep::coverage::CoverageSweep;
 use crate::sweep::loop_builder::LoopBuilder;
 use crate::sweep::sleeve::Slack;
+use crate::tidy::CrumbScratch;
 use method::Method;
 use prepared_pair::{PrepareScratch, Prepared, PreparedPair};
 use tangent_arc::prepare::CrossingScratch;
@@ -37,6 +38,7 @@ pub struct PairInterpolator {
     crossing: CrossingScratch,
     coverage: CoverageSweep,
     builder: LoopBuilder,
+    crumbs: CrumbScratch,
     /// Whether vertices stay that lie almost on the line between their neighbours.
     keeps_all_vertices: bool,
 }
@@ -91,6 +93,7 @@ impl PairInterpolator {
         } else {
             0.0
         };
+        let n_before = output.n_loops();
         self.builder.finish(
             Slack {
                 line: slack * SLACK_TANGENT,
@@ -99,6 +102,9 @@ impl PairInterpolator {
             },
             output,
         );
+        if method.is_tidied() {
+            (self.crumbs).leave_out_pieces(pair.most_pieces(), n_before, output);
+        }
     }
 }
 

@@ -42,6 +42,12 @@ impl PreparedPair {
         self.chains.iter().all(|c| c.first_y().is_finite())
     }
 
+    /// The most pieces that either view shows.
+    pub(super) fn most_pieces(&self) -> usize {
+        let [one, two] = &self.chains;
+        one.n_outer().max(two.n_outer())
+    }
+
     /// Sets the parallax that points of the model can have.
     pub(crate) fn set_parallax(&mut self, parallax: SphereParallax) {
         self.parallax = parallax;
