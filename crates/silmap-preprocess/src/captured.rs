@@ -12,7 +12,7 @@ use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 
 use crate::build_error::BuildError;
 use crate::build_params::BuildParams;
-use crate::capture::{capture, deep_contours, view_sphere};
+use crate::capture::{capture, deep_contours, spiral_directions, view_sphere};
 use crate::dense_map::{self, DenseMapParams, triangulate_view_sphere};
 use crate::part_outlines::PartOutlines;
 use crate::parts::{Part, parts};
@@ -34,6 +34,9 @@ pub struct Captured {
     pub(crate) drawn: Vec<Option<Mask>>,
     /// Which views have outlines: all of them where it is empty.
     needed: Vec<bool>,
+    /// Which views may be kept in a map, and have outlines for it: all of them where it is empty. At the others it is only found out how well
+    /// those predict them.
+    candidates: Vec<bool>,
     /// Photographs' silhouettes that are none of the views, by their numbers.
     pub unused: Vec<(usize, Unused)>,
 }
@@ -114,7 +117,32 @@ impl Captured {
             needed,
             drawn,
             unused,
+            candidates: Vec::new(),
         })
+    }
+
+    /// Only about so many views may be kept, evenly spread ones; all of them where these make no polytope from which all of a model with these
+    /// bounds can be looked at.
+    #[must_use]
+    pub(crate) fn with_candidates(mut self, count: u32, bounds: &Bounds) -> Self {
+        if count as usize >= self.cameras.len() {
+            return self;
+        }
+        let directions: Vec<DVec3> = (self.cameras.iter())
+            .map(|camera| (camera.eye - bounds.center).normalize_or_zero())
+            .collect();
+        let mut is_candidate = vec![false; directions.len()];
+        for wanted in spiral_directions(count) {
+            let nearness = |&v: &usize| directions[v].dot(wanted);
+            let free = (0..directions.len()).filter(|&v| !is_candidate[v]);
+            if let Some(nearest) = free.max_by(|a, b| nearness(a).total_cmp(&nearness(b))) {
+                is_candidate[nearest] = true;
+            }
+        }
+        if self.is_polytope(&is_candidate, bounds) {
+            self.candidates = is_candidate;
+        }
+        self
     }
 
     /// Some of the views: all photographs', and of the others those that are marked.
@@ -127,6 +155,7 @@ impl Captured {
             cameras: kept(&self.cameras, is_kept),
             masks: kept(&self.masks, is_kept),
             needed: kept(&self.needed, is_kept),
+            candidates: kept(&self.candidates, is_kept),
             seen: self.seen.clone(),
             drawn: self.drawn.clone(),
             unused: self.unused.clone(),
@@ -145,10 +174,14 @@ impl Captured {
 
     /// Whether a view has an outline.
     pub(crate) fn has_outline(&self, view: usize) -> bool {
-        self.needed.get(view) != Some(&false)
+        self.needed.get(view) != Some(&false) && self.is_candidate(view)
     }
 
-    /// The map of all views, on the polytope that connects them. `tree` is over the model's faces.
+    fn is_candidate(&self, view: usize) -> bool {
+        self.candidates.get(view) != Some(&false)
+    }
+
+    /// The map of all views, on the polytope that connects those that may be kept. `tree` is over the model's faces.
     ///
     /// # Errors
     /// When interrupted, nothing of the model is seen from a view, or the views do not make a polytope.
@@ -179,7 +212,14 @@ impl Captured {
         watch: &Watch<'_>,
     ) -> Result<SilhouetteMap, BuildError> {
         let views = self.views(model, shape, params, watch)?;
-        Ok(dense_map::build(views, &map_params(model, params))?)
+        let corners: Vec<u32> = (0..views.len() as u32)
+            .filter(|&v| self.is_candidate(v as usize))
+            .collect();
+        Ok(dense_map::build_on(
+            views,
+            &corners,
+            &map_params(model, params),
+        )?)
     }
 
     /// Traces and simplifies the outline of every mask, and finds how deep the contour generator lies at its vertices.
@@ -203,15 +243,19 @@ impl Captured {
             let seen = (self.cameras.as_slice(), self.masks.as_slice());
             PartOutlines::new(model, parts, seen, (params, simplification))
         });
-        watch.start(progress::CONTOURS, self.cameras.len() as u64);
+        let n_outlines = (0..self.cameras.len()).filter(|&v| self.has_outline(v));
+        watch.start(progress::CONTOURS, n_outlines.count() as u64);
         let views = (self.cameras.par_iter().zip(&self.masks).enumerate())
             .map(|(view, (&camera, mask))| {
                 watch.check()?;
                 if !self.has_outline(view) {
+                    if !self.is_candidate(view) && mask.count() == 0 {
+                        return Err(BuildError::NothingSeen { view: view as u32 });
+                    }
                     return Ok(CapturedView {
                         camera,
                         contours: Vec::new(),
-                        photographed: Some(0.0),
+                        photographed: is_of_photographs.then_some(0.0),
                     });
                 }
                 if let Some(of_parts) = &of_parts {

@@ -115,8 +115,25 @@ pub fn build(
     views: Vec<CapturedView>,
     params: &DenseMapParams,
 ) -> Result<SilhouetteMap, DenseMapError> {
-    let eyes: Vec<DVec3> = views.iter().map(|v| v.camera.eye).collect();
-    let triangles = triangulate_view_sphere(params.center, &eyes)?;
+    let all: Vec<u32> = (0..views.len() as u32).collect();
+    build_on(views, &all, params)
+}
+
+/// Connects those captured views to one map that `corners` names, in ascending order: the others are in it, but not on its polytope.
+///
+/// # Errors
+/// When the viewpoints connected do not surround the center.
+pub fn build_on(
+    views: Vec<CapturedView>,
+    corners: &[u32],
+    params: &DenseMapParams,
+) -> Result<SilhouetteMap, DenseMapError> {
+    let eye = |&v: &u32| views[v as usize].camera.eye;
+    let eyes: Vec<DVec3> = corners.iter().map(eye).collect();
+    let mut triangles = triangulate_view_sphere(params.center, &eyes)?;
+    for corner in triangles.iter_mut().flatten() {
+        *corner = corners[*corner as usize];
+    }
     Ok(SilhouetteMap {
         center: params.center,
         radius: params.radius,

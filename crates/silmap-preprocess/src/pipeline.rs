@@ -108,6 +108,10 @@ pub fn build_photographed(
             watch,
         )
     })?;
+    let captured = match params.map.candidates() {
+        Some(count) if captured.seen.is_empty() => captured.with_candidates(count, model.bounds()),
+        _ => captured,
+    };
     let dense = timed(&mut seconds.contours, || {
         captured.map(model, &tree, params, watch)
     })?;

@@ -57,6 +57,21 @@ impl Default for SimplifyMapParams {
     }
 }
 
+/// So many candidates are there for each view that is kept. With all of 1024 for 128 kept ones, outlines are no better.
+const CANDIDATES_PER_KEPT: u32 = 5;
+
+/// Of fewer candidates there may be too few left to choose from.
+const LEAST_CANDIDATES: u32 = 256;
+
+impl SimplifyMapParams {
+    /// How many of the captured views need be on the polytope at first; `None` where that is not known.
+    #[must_use]
+    pub fn candidates(&self) -> Option<u32> {
+        let count = CANDIDATES_PER_KEPT.saturating_mul(self.keep);
+        (self.max_error.is_none()).then_some(count.max(LEAST_CANDIDATES))
+    }
+}
+
 /// What simplifying did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimplifyMapReport {
@@ -121,7 +136,8 @@ struct Candidate {
 
 /// Removes views from `dense` until `params` says to stop or no collapse is possible.
 ///
-/// `masks` are the captured silhouettes of all views, against which predictions are counted.
+/// `masks` are the captured silhouettes of all views, against which predictions are counted. Views that are not on the polytope of `dense` need
+/// no contours: they are there to be predicted.
 ///
 /// # Errors
 /// When interrupted, or when views and masks do not belong together.
@@ -143,8 +159,11 @@ pub fn simplify(
     } else {
         params.keep.max(4)
     };
-    watch.start(progress::MAP, views.saturating_sub(target as usize) as u64);
     let mut work = Simplification::new(dense, masks, params);
+    let on_polytope = work.polytope.view_count();
+    let to_remove = on_polytope.saturating_sub(target as usize);
+    watch.start(progress::MAP, to_remove as u64);
+    work.predict_others();
     work.evaluate_all(watch)?;
     while work.polytope.view_count() > target as usize {
         watch.check()?;
@@ -233,6 +252,32 @@ impl<'a> Simplification<'a> {
     fn must_stay(&self, view: u32) -> bool {
         self.photographs <= self.kept_photographs
             && is_photograph(&self.predictor.map().views[view as usize])
+    }
+
+    /// Predicts the views that are not on the polytope.
+    fn predict_others(&mut self) {
+        let map = self.predictor.map();
+        let others = self.polytope.gone();
+        let predictor = &self.predictor;
+        let predictions: Vec<Prediction> = (others.par_iter())
+            .map_init(
+                || predictor.scratch(),
+                |scratch, &view| {
+                    let facing = predictor.facing(view, &map.triangles)?;
+                    // What cannot be predicted is all wrong.
+                    let error = predictor.error(&facing, scratch).unwrap_or(1.0);
+                    Some(facing.predicted(error))
+                },
+            )
+            .flatten()
+            .collect();
+        for p in &predictions {
+            self.polytope.place(p.view, p.triangle as u32);
+            self.errors[p.view as usize] = p.error;
+            self.error_sum += p.error;
+            self.known.insert((p.view, p.views), p.error);
+        }
+        self.report.predictions += predictions.len() as u64;
     }
 
     /// Puts every possible collapse into the queue.

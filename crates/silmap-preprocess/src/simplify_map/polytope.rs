@@ -88,6 +88,8 @@ pub(super) struct SimplifiedPolytope {
     stars: Vec<Vec<u32>>,
     versions: Vec<u32>,
     view_count: usize,
+    /// Per view: whether it was one at the beginning, and so may be one again.
+    may_be_kept: Vec<bool>,
 }
 
 impl SimplifiedPolytope {
@@ -110,13 +112,26 @@ impl SimplifiedPolytope {
             triangles: map.triangles.iter().copied().map(Some).collect(),
             members: vec![Vec::new(); map.triangles.len()],
             versions: vec![0; map.views.len()],
-            view_count: map.views.len(),
+            view_count: stars.iter().filter(|star| !star.is_empty()).count(),
+            may_be_kept: stars.iter().map(|star| !star.is_empty()).collect(),
             stars,
         }
     }
 
     pub(super) fn view_count(&self) -> usize {
         self.view_count
+    }
+
+    /// The views that are not left, ascending.
+    pub(super) fn gone(&self) -> Vec<u32> {
+        (0..self.stars.len() as u32)
+            .filter(|&v| self.stars[v as usize].is_empty())
+            .collect()
+    }
+
+    /// Says which triangle a view that is not left faces.
+    pub(super) fn place(&mut self, view: u32, triangle: u32) {
+        self.members[triangle as usize].push(view);
     }
 
     /// Changes whenever the triangles around a view do.
@@ -278,6 +293,7 @@ impl SimplifiedPolytope {
             .map(|&v| self.arms[v as usize].normalize_or_zero())
             .sum();
         let mut views = self.members_of(&self.stars[view as usize]);
+        views.retain(|&v| self.may_be_kept[v as usize]);
         let nearness = |v: &u32| self.arms[*v as usize].normalize_or_zero().dot(middle);
         views.sort_by(|a, b| nearness(b).total_cmp(&nearness(a)).then(a.cmp(b)));
         views.truncate(count);

@@ -37,6 +37,16 @@ impl Facing {
     pub(super) fn key(&self) -> (u32, [u32; 3]) {
         (self.view, self.ids)
     }
+
+    /// The prediction with this error.
+    pub(super) fn predicted(&self, error: f64) -> Prediction {
+        Prediction {
+            view: self.view,
+            triangle: self.triangle,
+            views: self.ids,
+            error,
+        }
+    }
 }
 
 /// Buffers of one thread, with the pairs of views that it has prepared.
@@ -127,12 +137,7 @@ impl<'a> Predictor<'a> {
             Some(&error) => error,
             None => self.error(&facing, scratch)?,
         };
-        Some(Prediction {
-            view,
-            triangle: facing.triangle,
-            views: facing.ids,
-            error,
-        })
+        Some(facing.predicted(error))
     }
 
     /// The misclassified share of a view that is interpolated; `None` when the views cannot be rectified.
