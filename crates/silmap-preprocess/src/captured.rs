@@ -313,3 +313,40 @@ fn map_params(model: &ClosedMesh, params: &BuildParams) -> DenseMapParams {
         coverage: params.capture.coverage,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use silmap_models as models;
+
+    use super::*;
+    use crate::parts::PartParams;
+
+    #[test]
+    fn candidates_alone_have_outlines_and_are_spread_evenly() {
+        let model = ClosedMesh::try_from(models::torus(600)).unwrap();
+        let params = BuildParams {
+            views: 300,
+            resolution_px: 48,
+            parts: PartParams::whole(),
+            ..BuildParams::default()
+        };
+        let watch = Watch::silent();
+        let all = || Captured::evenly(&model, &params, params.views, &watch).unwrap();
+        let captured = all().with_candidates(100, model.bounds());
+        let tree = Bvh::new(model.mesh());
+        let map = captured.map(&model, &tree, &params, &watch).unwrap();
+        assert_eq!((map.views.len(), map.triangles.len()), (300, 2 * 100 - 4));
+        let mut corners: Vec<u32> = map.triangles.concat();
+        corners.sort_unstable();
+        corners.dedup();
+        for (v, view) in (0_u32..).zip(&map.views) {
+            let is_corner = corners.binary_search(&v).is_ok();
+            assert_eq!(is_corner, !view.contours.is_empty(), "view {v}");
+            // No view is farther from a candidate than about the distance between these.
+            let nearest = corners.iter().map(|&c| map.eye(c).distance(map.eye(v)));
+            assert!(nearest.fold(f64::INFINITY, f64::min) < 0.4 * view.camera.eye.length());
+        }
+        let whole = all().with_candidates(300, model.bounds());
+        assert!((0..300).all(|v| whole.has_outline(v)));
+    }
+}

@@ -107,6 +107,77 @@ fn moving_views_lowers_the_error_and_leaves_a_polytope() {
     );
 }
 
+/// A map with every third view off its polytope, without contours.
+fn with_others(views: u32) -> (SilhouetteMap, Vec<Mask>, Vec<u32>) {
+    let (mut dense, masks) = torus_map(views);
+    let corners: Vec<u32> = (0..views).filter(|v| v % 3 != 1).collect();
+    let others = (0..views).filter(|v| v % 3 == 1);
+    others.for_each(|v| dense.views[v as usize].contours.clear());
+    let params = DenseMapParams {
+        center: dense.center,
+        radius: dense.radius,
+        resolution_px: dense.resolution_px,
+        tolerance_px: dense.tolerance_px,
+        coverage: dense.coverage,
+    };
+    let map = dense_map::build_on(dense.views, &corners, &params).unwrap();
+    (map, masks, corners)
+}
+
+#[test]
+fn views_off_the_polytope_count_and_are_never_kept() {
+    let (dense, masks, corners) = with_others(90);
+    let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
+    work.predict_others();
+    work.polytope.check();
+    let before = work.error_sum;
+    assert!(before > 0.0, "the others are not predicted");
+    work.evaluate_all(&Watch::silent()).unwrap();
+    while work.polytope.view_count() > 24 {
+        let (_, collapse) = work.cheapest_collapse().unwrap();
+        work.apply(collapse);
+    }
+    work.refine(&Watch::silent()).unwrap();
+    work.polytope.check();
+    assert!(work.error_sum > before);
+    let kept = work.polytope.kept();
+    assert!(kept.iter().all(|v| corners.binary_search(v).is_ok()));
+    // Each of them has the error that the polytope as it is gives it.
+    let (_, triangles) = work.polytope.compact();
+    let triangles: Vec<[u32; 3]> = (triangles.iter())
+        .map(|t| t.map(|v| kept[v as usize]))
+        .collect();
+    let mut scratch = work.predictor.scratch();
+    for view in (0..90).filter(|v| v % 3 == 1) {
+        let known = HashMap::new();
+        let fresh = work
+            .predictor
+            .predict(view, &triangles, &known, &mut scratch);
+        let error = work.errors[view as usize];
+        assert!((fresh.unwrap().error - error).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn five_candidates_are_there_for_each_view_that_is_kept() {
+    let count = |keep, max_error| {
+        SimplifyMapParams {
+            keep,
+            max_error,
+            ..SimplifyMapParams::default()
+        }
+        .candidates()
+    };
+    assert_eq!(count(128, None), Some(640));
+    assert_eq!(count(6, None), Some(256));
+    assert_eq!(count(u32::MAX, None), Some(u32::MAX));
+    assert_eq!(
+        count(128, Some(0.01)),
+        None,
+        "nobody knows how many are kept"
+    );
+}
+
 #[test]
 fn the_curve_ends_where_it_was_told_to() {
     let (dense, masks) = torus_map(60);

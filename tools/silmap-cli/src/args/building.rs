@@ -169,7 +169,7 @@ pub(crate) enum BackendArg {
 /// Which views are captured, and how.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CaptureArgs {
-    /// Views to capture around the model
+    /// Views to capture around the model. Five times --keep of them, evenly spread, are candidates for it; errors are counted over all
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(12..=65_536))]
     pub(crate) views: u32,
     /// Height at most at which the model is seen on the screen, in pixels: that of a picture that just holds its bounding sphere, as those
