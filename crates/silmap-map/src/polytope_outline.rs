@@ -51,6 +51,11 @@ const HAIR_PX: f64 = 0.5;
 const ON_POLYTOPE: f64 = 1e-9;
 
 impl PolytopeOutline {
+    /// Whether it is of several parts.
+    pub(crate) fn is_of_parts(&self) -> bool {
+        (self.regions[..self.count].iter()).any(|region| region.loops.may_overlap())
+    }
+
     /// How a region is carried to an eye.
     fn projection(
         &self,

@@ -9,9 +9,9 @@ use crate::loops::{DeepLoops, InPlane, SeenLoops};
 /// Crumbs are pieces smaller than this share of the outline's area.
 const CRUMB_AREA_REL: f64 = 1e-3;
 
-/// Holes that no view shows are crumbs below this share. Between parts a gap opens and closes where it does in space: a hole is more often
-/// right than a piece is.
-const CRUMB_HOLE_AREA_REL: f64 = 3e-5;
+/// Holes of an outline of several parts are crumbs below this share: between parts a gap opens and closes where it does in space, so most
+/// are there.
+const CRUMB_GAP_AREA_REL: f64 = 3e-5;
 
 /// Between two views, pieces of one part are crumbs below this share of what is seen of the part.
 const CRUMB_PART_AREA_REL: f64 = 0.02;
@@ -84,18 +84,22 @@ pub(crate) struct CrumbScratch {
 }
 
 impl CrumbScratch {
-    /// Copies the loops of `outline` to `output`, but for the smallest of a kind of which there are more than in `views`, where they
-    /// are crumbs, and for those that `is_nothing` says are nothing.
+    /// Copies the loops of `outline`, of several parts or one, to `output`, but for the smallest of a kind of which there are more than in
+    /// `views`, where they are crumbs, and for those that `is_nothing` says are nothing.
     pub(crate) fn leave_out_crumbs(
         &mut self,
-        outline: &SeenLoops,
+        (outline, is_of_parts): (&SeenLoops, bool),
         views: PieceCounts,
         is_nothing: impl Fn(&[DVec3]) -> bool,
         output: &mut SeenLoops,
     ) {
         self.areas.clear();
         self.areas.extend(outline.iter().map(double_area));
-        self.mark(views, [CRUMB_AREA_REL, CRUMB_HOLE_AREA_REL]);
+        let hole = match is_of_parts {
+            true => CRUMB_GAP_AREA_REL,
+            false => CRUMB_AREA_REL,
+        };
+        self.mark(views, [CRUMB_AREA_REL, hole]);
         let loops = outline.iter().zip(&self.areas);
         let kept = loops.filter(|(points, area)| **area != 0.0 && !is_nothing(points));
         output.assign(kept.map(|(points, _)| points));
@@ -173,14 +177,21 @@ mod tests {
             points.iter().for_each(|p| outline.push(p.extend(0.25)));
             outline.close();
         }
-        let kept = |outer, holes| {
+        let kept_of = |is_of_parts, outer, holes| {
             let mut output = SeenLoops::default();
             let views = PieceCounts { outer, holes };
-            CrumbScratch::default().leave_out_crumbs(&outline, views, |_| false, &mut output);
+            CrumbScratch::default().leave_out_crumbs(
+                (&outline, is_of_parts),
+                views,
+                |_| false,
+                &mut output,
+            );
             let mut flat = FlatLoops::default();
             output.flatten_to(&mut flat);
             flat.to_loops()
         };
+        let kept = |outer, holes| kept_of(true, outer, holes);
+        assert_eq!(kept_of(false, 3, 0), loops[..3].to_vec());
         assert_eq!(
             kept(1, 0),
             [0, 2, 4].map(|k| loops[k].clone()),

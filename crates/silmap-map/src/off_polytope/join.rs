@@ -37,10 +37,12 @@ impl OutlineJoin {
         let count = outlines.len();
         let upright = facing_center(camera, map).filter(|_| count > 1);
         let mut most = PieceCounts::default();
+        let mut is_of_parts = false;
         let region = match upright {
             None => match outlines.next() {
                 Some(outline) => {
                     most = outline.pieces;
+                    is_of_parts = outline.is_of_parts();
                     self.carrier.carry(outline, map, camera, how.transfer)
                 }
                 None => {
@@ -55,6 +57,7 @@ impl OutlineJoin {
                     let seen = (self.carrier).carry(outline, map, &upright, Transfer::Depths);
                     self.merge.add(k, seen);
                     most = most.max(outline.pieces);
+                    is_of_parts |= outline.is_of_parts();
                 }
                 self.merge.finish(&mut self.merged);
                 let to_camera = Projection {
@@ -68,7 +71,7 @@ impl OutlineJoin {
             }
         };
         if how.method.is_tidied() {
-            (self.crumbs).leave_out_crumbs(region, most, is_speck, &mut self.seen);
+            (self.crumbs).leave_out_crumbs((region, is_of_parts), most, is_speck, &mut self.seen);
         } else {
             (self.seen).assign(region.iter().filter(|l| !is_speck(l)));
         }

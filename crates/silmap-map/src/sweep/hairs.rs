@@ -4,49 +4,106 @@
 
 use glam::{DVec2, DVec4, Vec4Swizzles};
 
+use crate::loops::DeepLoops;
+
 /// Hairs turn back at their tip by at least as much as 4 along turns 1 across.
 const HAIR_LENGTH_TO_WIDTH: f64 = 4.0;
 
-/// Cuts hairs and slits narrower than `width` off the loop that begins at `first` and is the last in `points`.
-pub(crate) fn cut_hairs(points: &mut Vec<DVec4>, first: usize, width: f64) {
-    let mut end = first;
-    for k in first..points.len() {
+/// Cuts hairs off, with its buffers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct HairCutter {
+    /// All points before anything is cut, and where each loop ends.
+    before: Vec<DVec4>,
+    ends: Vec<usize>,
+    cut: Vec<DVec4>,
+}
+
+impl HairCutter {
+    /// Cuts hairs and slits narrower than `width` off the loops from number `first` on. One that holds another piece of them stays:
+    /// without it they would cross.
+    pub(super) fn cut(&mut self, loops: &mut DeepLoops, first: usize, width: f64) {
+        let is_cut = |points: &[DVec4]| !has_hair(points, width);
+        if loops.iter().skip(first).all(is_cut) {
+            return;
+        }
+        self.before.clear();
+        self.ends.clear();
+        for points in loops.iter().skip(first) {
+            self.before.extend_from_slice(points);
+            self.ends.push(self.before.len());
+        }
+        loops.retain_from(first, |_| false);
+        let mut start = 0;
+        for &end in &self.ends {
+            self.cut.clear();
+            self.cut.extend_from_slice(&self.before[start..end]);
+            cut_between_ends(&mut self.cut, width, &self.before);
+            if has_tip_at_ends(&self.cut, width) {
+                // Where the loop begins makes no difference.
+                let half = self.cut.len() / 2;
+                self.cut.rotate_left(half);
+                cut_between_ends(&mut self.cut, width, &self.before);
+            }
+            loops.open_loop().extend_from_slice(&self.cut);
+            loops.close();
+            start = end;
+        }
+    }
+}
+
+/// Whether a loop has a hair.
+fn has_hair(points: &[DVec4], width: f64) -> bool {
+    points
+        .windows(4)
+        .any(|w| tip_before_last(w, width).is_some())
+        || has_tip_at_ends(points, width)
+}
+
+/// Cuts those off a loop whose tip is neither where it begins nor where it ends, and which hold none of `all` points.
+fn cut_between_ends(points: &mut Vec<DVec4>, width: f64, all: &[DVec4]) {
+    let mut end = 0;
+    for k in 0..points.len() {
         points[end] = points[k];
         end += 1;
-        while let Some(tip) = tip_before_last(&points[first..end], width) {
+        while let Some(tip) = tip_before_last(&points[..end], width) {
+            if holds_any(&points[end - 2 - tip..end], all) {
+                break;
+            }
             points[end - 1 - tip] = points[end - 1];
             end -= tip;
         }
     }
     points.truncate(end);
-    while cut_at_start(points, first, width) {}
 }
 
-/// Cuts a hair off whose tip is where the loop begins: that makes no difference. Says whether there was one.
-fn cut_at_start(points: &mut Vec<DVec4>, first: usize, width: f64) -> bool {
-    let [start, second, .., before, last] = points[first..] else {
+/// Whether a hair has its tip where a loop begins or ends.
+fn has_tip_at_ends(points: &[DVec4], width: f64) -> bool {
+    let [start, second, third, .., sooner, before, last] = *points else {
         return false;
     };
-    let tip = |around: &[DVec4]| tip_before_last(around, width);
-    if tip(&[before, last, start]).is_some() {
-        points.pop();
-    } else if tip(&[last, start, second]).is_some() {
-        points.remove(first);
-    } else if let [_, _, third, .., sooner, _, _] = points[first..] {
-        if tip(&[sooner, before, last, start]).is_some() {
-            points.truncate(points.len() - 2);
-        } else if tip(&[before, last, start, second]).is_some() {
-            points.pop();
-            points.remove(first);
-        } else if tip(&[last, start, second, third]).is_some() {
-            points.drain(first..first + 2);
-        } else {
-            return false;
-        }
-    } else {
-        return false;
-    }
-    true
+    let around = [sooner, before, last, start, second, third];
+    (around.windows(4)).any(|w| tip_before_last(w, width).is_some())
+}
+
+/// Whether a hair, from one root over its tip to the other, holds any of some points that is not one of its own.
+fn holds_any(hair: &[DVec4], others: &[DVec4]) -> bool {
+    let corners = hair.iter().map(|p| p.xy());
+    let low = corners.clone().fold(DVec2::INFINITY, DVec2::min);
+    let high = corners.clone().fold(DVec2::NEG_INFINITY, DVec2::max);
+    others.iter().map(|p| p.xy()).any(|p| {
+        let is_near = p.cmpge(low).all() && p.cmple(high).all();
+        is_near && !corners.clone().any(|corner| corner == p) && is_inside(p, hair)
+    })
+}
+
+/// Whether a polygon, even-odd, holds a point.
+fn is_inside(p: DVec2, polygon: &[DVec4]) -> bool {
+    let ends = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let crossed = ends.filter(|(a, b)| {
+        let (a, b) = (a.xy(), b.xy());
+        (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)
+    });
+    crossed.count() % 2 == 1
 }
 
 /// How many points before the last are the tip of a hair: one, or two where the tip is blunt.
@@ -84,6 +141,19 @@ mod tests {
         coordinates.iter().map(point).collect()
     }
 
+    /// A loop without its hairs, between others.
+    fn cut(loop_of: &[DVec4], others: &[&[DVec4]], width: f64) -> Vec<DVec4> {
+        let mut loops = DeepLoops::default();
+        let all = others.iter().copied().chain([loop_of]);
+        for points in all {
+            points.iter().for_each(|&p| loops.push(p));
+            loops.close();
+        }
+        HairCutter::default().cut(&mut loops, 0, width);
+        let kept = loops.iter().nth(others.len());
+        kept.map_or_else(Vec::new, <[DVec4]>::to_vec)
+    }
+
     proptest! {
         /// Wherever the loop begins, a hair and a slit go, and nothing else.
         #[test]
@@ -109,7 +179,7 @@ mod tests {
             let mut loop_of = points(&whole);
             loop_of.rotate_left(start);
             let before = loop_of.len();
-            cut_hairs(&mut loop_of, 0, width);
+            let loop_of = cut(&loop_of, &[], width);
             let has = |p: (f64, f64)| loop_of.iter().any(|q| q.x == p.0 && q.y == p.1);
             // The hairs are 0.2 wide, the slit 0.1, and one hair has a blunt tip.
             prop_assert_eq!(has(whole[2]), width < 0.2);
@@ -121,15 +191,40 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_is_all_hair_keeps_two_points_at_most() {
-        let mut before = points(&[(7.0, 7.0)]);
-        before.extend(points(&[
+    fn a_hair_that_holds_another_stays() {
+        // A slit with a blunt tip, into which a thinner spike reaches from below.
+        let whole = points(&[
             (0.0, 0.0),
-            (5.0, 0.001),
-            (9.0, 0.0),
-            (3.0, 0.002),
-        ]));
-        cut_hairs(&mut before, 1, 0.1);
-        assert!(before.len() <= 4 && before[0].x == 7.0);
+            (4.0, 0.0),
+            (4.0, 6.0),
+            (4.2, 6.0),
+            (4.2, 0.0),
+            (8.0, 0.0),
+            (8.0, -2.0),
+            (4.15, -1.0),
+            (4.1, 5.0),
+            (4.05, -1.0),
+            (0.0, -2.0),
+        ]);
+        assert_eq!(cut(&whole, &[], 0.01), whole, "all are wide");
+        let kept = cut(&whole, &[], 0.5);
+        let has = |kept: &[DVec4], x: f64, y: f64| kept.iter().any(|q| q.x == x && q.y == y);
+        assert!(
+            has(&kept, 4.0, 6.0) || !has(&kept, 4.1, 5.0),
+            "the loop crosses itself"
+        );
+        // Whether what is in the slit is of the same loop makes no difference.
+        let slit = [&whole[..7], &whole[10..]].concat();
+        let island = points(&[(4.05, 1.0), (4.15, 1.0), (4.1, 5.0)]);
+        assert!(has(&cut(&slit, &[&island], 0.5), 4.0, 6.0));
+        assert!(!has(&cut(&slit, &[], 0.5), 4.0, 6.0), "an empty slit goes");
+    }
+
+    #[test]
+    fn a_loop_that_is_all_hair_keeps_two_points_at_most() {
+        let mut all = points(&[(0.0, 0.0), (5.0, 0.001), (9.0, 0.0), (3.0, 0.002)]);
+        assert!(cut(&all, &[], 0.1).len() <= 4);
+        all.truncate(3);
+        assert!(cut(&all, &[], 0.1).len() <= 3);
     }
 }

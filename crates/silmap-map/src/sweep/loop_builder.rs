@@ -7,7 +7,7 @@
 
 use glam::DVec4;
 
-use super::hairs::cut_hairs;
+use super::hairs::HairCutter;
 use super::sleeve::{Slack, Sleeve};
 use crate::loops::DeepLoops;
 
@@ -40,6 +40,7 @@ pub(crate) struct LoopBuilder {
     /// Lower ends of the slab being added.
     lower: Vec<End>,
     bottom: f64,
+    hairs: HairCutter,
 }
 
 const NONE: u32 = u32::MAX;
@@ -143,6 +144,7 @@ impl LoopBuilder {
     /// those that are kept to within `slack`.
     pub(crate) fn finish(&mut self, slack: Slack, loops: &mut DeepLoops) {
         self.flush();
+        let n_before = loops.n_loops();
         for start in 0..self.sides.len() {
             let mut at = start;
             if self.sides[at].next == NONE {
@@ -161,10 +163,10 @@ impl LoopBuilder {
                 at = std::mem::replace(&mut side.next, NONE) as usize;
             }
             thinning.finish(first);
-            if slack.hair > 0.0 {
-                cut_hairs(loops.open_loop(), first, slack.hair);
-            }
             loops.close();
+        }
+        if slack.hair > 0.0 {
+            self.hairs.cut(loops, n_before, slack.hair);
         }
         self.clear();
     }
