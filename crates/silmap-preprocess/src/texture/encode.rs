@@ -3,9 +3,9 @@
 use std::ops::RangeInclusive;
 use std::sync::OnceLock;
 
-use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use rayon::prelude::*;
 use silmap_geometry::lighting::srgb_from_linear;
 use silmap_map::EncodedImage;
@@ -92,13 +92,21 @@ impl RawPicture {
     }
 
     fn jpeg(&self, quality: u8) -> Result<Vec<u8>, TextureError> {
+        let side = |px: u32| {
+            u16::try_from(px).map_err(|_| TextureError::Parameter {
+                what: "pixels a side of a JPEG",
+                value: px,
+                low: 1,
+                high: u16::MAX.into(),
+            })
+        };
+        let (width, height) = (side(self.width)?, side(self.height)?);
         let mut bytes = Vec::new();
-        JpegEncoder::new_with_quality(&mut bytes, quality).encode(
-            &self.rgb,
-            self.width,
-            self.height,
-            ExtendedColorType::Rgb8,
-        )?;
+        let mut encoder = Encoder::new(&mut bytes, quality);
+        // Colours as sharp as everything else; the tables of codes cost a second pass and save a sixth.
+        encoder.set_sampling_factor(SamplingFactor::R_4_4_4);
+        encoder.set_optimized_huffman_tables(true);
+        encoder.encode(&self.rgb, width, height, ColorType::Rgb)?;
         Ok(bytes)
     }
 

@@ -73,6 +73,9 @@ pub enum TextureError {
     /// A picture could not be encoded.
     #[error("a picture cannot be encoded: {0}")]
     Encode(#[from] ImageError),
+    /// A picture could not be encoded as JPEG.
+    #[error("a picture cannot be encoded as JPEG: {0}")]
+    Jpeg(#[from] jpeg_encoder::EncodingError),
     /// This library was built without the encoder of WebP.
     #[error(
         "pictures cannot be written as WebP: this program was built without it (feature `webp`)"
