@@ -125,10 +125,15 @@ fn tip_before_last(points: &[DVec4], width: f64) -> Option<usize> {
 /// Whether the line from `a` over `tip` to `b` turns back so sharply that less than `width` is between its two ways.
 fn is_hair(a: DVec2, tip: DVec2, b: DVec2, width: f64) -> bool {
     let (there, back) = (a - tip, b - tip);
+    let along = there.dot(back);
+    if along <= 0.0 {
+        // As nearly everywhere.
+        return false;
+    }
     let across = there.perp_dot(back).abs();
     // The end of the shorter way is near the longer way.
     let longer = there.length_squared().max(back.length_squared());
-    HAIR_LENGTH_TO_WIDTH * across < there.dot(back) && across * across < width * width * longer
+    HAIR_LENGTH_TO_WIDTH * across < along && across * across < width * width * longer
 }
 
 #[cfg(test)]
