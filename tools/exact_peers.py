@@ -10,6 +10,7 @@ tables; exit code 1 when a promise is not held. The libraries go into a throw-aw
 ../shared/models is taken, and skipped with a word where that is missing. The model must be closed and in OFF.
 """
 import argparse
+import importlib.util
 import json
 import math
 import subprocess
@@ -67,6 +68,16 @@ def enter_environment(program, packages, arguments):
             skip(f"pip cannot install {', '.join(packages)} here")
         again = [environment / "bin/python", program, "--inside", *arguments]
         return subprocess.run(again).returncode
+
+
+def run_with(packages, program, arguments, run):
+    """Calls `run` where NumPy and SciPy are, or the program again in an environment that has some packages."""
+    if all(importlib.util.find_spec(name) for name in ("numpy", "scipy")):
+        run()
+    elif "--inside" in sys.argv[1:]:
+        sys.exit("NumPy and SciPy are needed, and the environment that was made for them does not have them")
+    else:
+        sys.exit(enter_environment(program, packages, arguments))
 
 
 def call(*arguments):

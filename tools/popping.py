@@ -10,7 +10,6 @@ how much more change there is than in the model's own outline; and the largest c
 Models are named as for tools/strays.py. Needs NumPy and SciPy, and makes an environment with them for the time where they are not there.
 """
 import argparse
-import importlib.util
 import shlex
 import sys
 import tempfile
@@ -18,7 +17,7 @@ from pathlib import Path
 
 # Nothing is left in the tree.
 sys.dont_write_bytecode = True
-from exact_peers import call, enter_environment, option
+from exact_peers import call, option, run_with
 from models import MODELS
 from strays import PACKAGES, SIDE_PX, build, exact_outlines, find_models, line
 
@@ -111,13 +110,7 @@ def main():
     parser.add_argument("--step", type=float, default=0.25)
     parser.add_argument("--build", default="", help="more options of `build`, in one argument")
     o = parser.parse_args(arguments)
-    is_there = all(importlib.util.find_spec(name) for name in ("numpy", "scipy"))
-    if is_there:
-        run(o)
-    elif "--inside" in sys.argv[1:]:
-        sys.exit("NumPy and SciPy are needed, and the environment that was made for them does not have them")
-    else:
-        sys.exit(enter_environment(__file__, PACKAGES, arguments))
+    run_with(PACKAGES, __file__, arguments, lambda: run(o))
 
 
 if __name__ == "__main__":

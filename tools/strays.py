@@ -13,7 +13,6 @@ Models are files of the folder, ../shared/models without one, skipped with a wor
 `silmap generate` knows. Needs NumPy and SciPy, and makes an environment with them for the time where they are not there.
 """
 import argparse
-import importlib.util
 import json
 import os
 import shlex
@@ -25,7 +24,7 @@ from pathlib import Path
 
 # Nothing is left in the tree.
 sys.dont_write_bytecode = True
-from exact_peers import call, enter_environment, option
+from exact_peers import call, option, run_with
 from models import FILES, MODELS
 
 PACKAGES = ["numpy==2.2.6", "scipy==1.15.3"]
@@ -190,13 +189,7 @@ def main():
     parser.add_argument("--build", default="", help="more options of `build`, in one argument")
     parser.add_argument("--worst", type=int, default=0)
     o = parser.parse_args(arguments)
-    is_there = all(importlib.util.find_spec(name) for name in ("numpy", "scipy"))
-    if is_there:
-        run(o)
-    elif "--inside" in sys.argv[1:]:
-        sys.exit("NumPy and SciPy are needed, and the environment that was made for them does not have them")
-    else:
-        sys.exit(enter_environment(__file__, PACKAGES, arguments))
+    run_with(PACKAGES, __file__, arguments, lambda: run(o))
 
 
 if __name__ == "__main__":

@@ -115,7 +115,7 @@ impl CrumbScratch {
         self.areas.extend(seen.iter().skip(first).map(double_area));
         let views = PieceCounts {
             outer: most,
-            holes: usize::MAX,
+            holes: 0,
         };
         self.mark(views, [CRUMB_PART_AREA_REL, 0.0]);
         seen.retain_from(first, |k| self.areas[k] != 0.0);

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::trace::trace_contours;
-use silmap_geometry::watch::Watch;
+use silmap_geometry::watch::{Interrupted, Watch};
 use silmap_geometry::{Bounds, Camera, ClosedMesh, CoverageRule, Loop, Mask, SeenSilhouette};
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 
@@ -123,16 +123,24 @@ impl Captured {
 
     /// Only about so many views may be kept, evenly spread ones; all of them where these make no polytope from which all of a model with these
     /// bounds can be looked at.
-    #[must_use]
-    pub(crate) fn with_candidates(mut self, count: u32, bounds: &Bounds) -> Self {
+    ///
+    /// # Errors
+    /// When interrupted.
+    pub(crate) fn with_candidates(
+        mut self,
+        count: u32,
+        bounds: &Bounds,
+        watch: &Watch<'_>,
+    ) -> Result<Self, Interrupted> {
         if count as usize >= self.cameras.len() {
-            return self;
+            return Ok(self);
         }
         let directions: Vec<DVec3> = (self.cameras.iter())
             .map(|camera| (camera.eye - bounds.center).normalize_or_zero())
             .collect();
         let mut is_candidate = vec![false; directions.len()];
         for wanted in spiral_directions(count) {
+            watch.check()?;
             let nearness = |&v: &usize| directions[v].dot(wanted);
             let free = (0..directions.len()).filter(|&v| !is_candidate[v]);
             if let Some(nearest) = free.max_by(|a, b| nearness(a).total_cmp(&nearness(b))) {
@@ -142,7 +150,7 @@ impl Captured {
         if self.is_polytope(&is_candidate, bounds) {
             self.candidates = is_candidate;
         }
-        self
+        Ok(self)
     }
 
     /// Some of the views: all photographs', and of the others those that are marked.
@@ -332,7 +340,12 @@ mod tests {
         };
         let watch = Watch::silent();
         let all = || Captured::evenly(&model, &params, params.views, &watch).unwrap();
-        let captured = all().with_candidates(100, model.bounds());
+        let with_candidates = |count| {
+            all()
+                .with_candidates(count, model.bounds(), &watch)
+                .unwrap()
+        };
+        let captured = with_candidates(100);
         let tree = Bvh::new(model.mesh());
         let map = captured.map(&model, &tree, &params, &watch).unwrap();
         assert_eq!((map.views.len(), map.triangles.len()), (300, 2 * 100 - 4));
@@ -346,7 +359,7 @@ mod tests {
             let nearest = corners.iter().map(|&c| map.eye(c).distance(map.eye(v)));
             assert!(nearest.fold(f64::INFINITY, f64::min) < 0.4 * view.camera.eye.length());
         }
-        let whole = all().with_candidates(300, model.bounds());
+        let whole = with_candidates(300);
         assert!((0..300).all(|v| whole.has_outline(v)));
     }
 }

@@ -109,7 +109,9 @@ pub fn build_photographed(
         )
     })?;
     let captured = match params.map.candidates() {
-        Some(count) if captured.seen.is_empty() => captured.with_candidates(count, model.bounds()),
+        Some(count) if captured.seen.is_empty() => {
+            captured.with_candidates(count, model.bounds(), watch)?
+        }
         _ => captured,
     };
     let dense = timed(&mut seconds.contours, || {

@@ -163,7 +163,7 @@ pub fn simplify(
     let on_polytope = work.polytope.view_count();
     let to_remove = on_polytope.saturating_sub(target as usize);
     watch.start(progress::MAP, to_remove as u64);
-    work.predict_others();
+    work.predict_others(watch)?;
     work.evaluate_all(watch)?;
     while work.polytope.view_count() > target as usize {
         watch.check()?;
@@ -255,29 +255,32 @@ impl<'a> Simplification<'a> {
     }
 
     /// Predicts the views that are not on the polytope.
-    fn predict_others(&mut self) {
+    fn predict_others(&mut self, watch: &Watch<'_>) -> Result<(), Interrupted> {
         let map = self.predictor.map();
         let others = self.polytope.gone();
         let predictor = &self.predictor;
-        let predictions: Vec<Prediction> = (others.par_iter())
+        let predictions: Vec<Option<Prediction>> = (others.par_iter())
             .map_init(
                 || predictor.scratch(),
                 |scratch, &view| {
-                    let facing = predictor.facing(view, &map.triangles)?;
-                    // What cannot be predicted is all wrong.
-                    let error = predictor.error(&facing, scratch).unwrap_or(1.0);
-                    Some(facing.predicted(error))
+                    watch.check()?;
+                    let predicted = predictor.facing(view, &map.triangles).map(|facing| {
+                        // What cannot be predicted is all wrong.
+                        let error = predictor.error(&facing, scratch).unwrap_or(1.0);
+                        facing.predicted(error)
+                    });
+                    Ok(predicted)
                 },
             )
-            .flatten()
-            .collect();
-        for p in &predictions {
+            .collect::<Result<_, Interrupted>>()?;
+        for p in predictions.iter().flatten() {
             self.polytope.place(p.view, p.triangle as u32);
             self.errors[p.view as usize] = p.error;
             self.error_sum += p.error;
             self.known.insert((p.view, p.views), p.error);
         }
         self.report.predictions += predictions.len() as u64;
+        Ok(())
     }
 
     /// Puts every possible collapse into the queue.

@@ -10,6 +10,7 @@ use crate::rule::prepared_pair::PreparedPair;
 use crate::rule::span_pairs::Room;
 use crate::rule::visual_hull::SphereParallax;
 use crate::sweep::monotone_chain::MonotoneChains;
+use crate::tidy::double_area;
 use crate::{BoundingSphere, CapturedView, SilhouetteMap};
 
 /// Turns of a contour by less height than this are levelled: a third of a pixel of a 512² capture, less than contours are
@@ -69,7 +70,11 @@ impl RectifiedPair {
         for (k, view) in views.iter().enumerate() {
             let matrix = frame.epipolar_from_object() * view.object_from_loops;
             for (part, points) in view.loops.of_parts() {
-                let chains = &mut self.part(part.into(), parallax).chains_mut()[k];
+                let pair = self.part(part.into(), parallax);
+                if double_area(points) > 0.0 {
+                    pair.count_piece(k);
+                }
+                let chains = &mut pair.chains_mut()[k];
                 for &p in points {
                     let ray = matrix * DVec3::new(p.x, p.y, 1.0);
                     let q = project(in_front(ray))?;
@@ -92,8 +97,7 @@ impl RectifiedPair {
         }
         while self.part_count <= part {
             let fresh = &mut self.parts[self.part_count];
-            (fresh.chains_mut().iter_mut()).for_each(MonotoneChains::clear);
-            fresh.set_parallax(parallax);
+            fresh.restart(parallax);
             self.part_count += 1;
         }
         &mut self.parts[part]

@@ -10,6 +10,8 @@ use crate::sweep::monotone_chain::MonotoneChains;
 #[derive(Clone, Debug, Default)]
 pub struct PreparedPair {
     chains: [MonotoneChains; 2],
+    /// How many pieces each shows.
+    pieces: [usize; 2],
     parallax: SphereParallax,
     arcs: PreparedArcs,
     pairs: SpanPairs,
@@ -42,15 +44,21 @@ impl PreparedPair {
         self.chains.iter().all(|c| c.first_y().is_finite())
     }
 
-    /// The most pieces that either view shows.
-    pub(super) fn most_pieces(&self) -> usize {
-        let [one, two] = &self.chains;
-        one.n_outer().max(two.n_outer())
+    /// Empties both silhouettes, and sets the parallax that points of the model can have.
+    pub(crate) fn restart(&mut self, parallax: SphereParallax) {
+        self.chains_mut().iter_mut().for_each(MonotoneChains::clear);
+        self.pieces = [0; 2];
+        self.parallax = parallax;
     }
 
-    /// Sets the parallax that points of the model can have.
-    pub(crate) fn set_parallax(&mut self, parallax: SphereParallax) {
-        self.parallax = parallax;
+    /// Says that a silhouette shows another piece.
+    pub(crate) fn count_piece(&mut self, silhouette: usize) {
+        self.pieces[silhouette] += 1;
+    }
+
+    /// The most pieces that either view shows.
+    pub(super) fn most_pieces(&self) -> usize {
+        self.pieces[0].max(self.pieces[1])
     }
 
     /// Distance between the viewpoints.

@@ -8,8 +8,6 @@
 
 use glam::DVec3;
 
-use crate::tidy::double_area;
-
 /// A run of edges that go down: vertices `top` to `bottom` by index, in either direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MonotoneChain {
@@ -26,8 +24,6 @@ pub(crate) struct MonotoneChains {
     /// By height of their tops, once sealed.
     pub(super) chains: Vec<MonotoneChain>,
     loop_start: usize,
-    /// How many loops bound something from outside.
-    n_outer: usize,
 }
 
 impl MonotoneChains {
@@ -36,7 +32,6 @@ impl MonotoneChains {
         self.points.clear();
         self.chains.clear();
         self.loop_start = 0;
-        self.n_outer = 0;
     }
 
     /// Reserves capacity for loops of so many points in all.
@@ -62,7 +57,6 @@ impl MonotoneChains {
             return;
         };
         self.points.push(first);
-        self.n_outer += usize::from(double_area(&self.points[self.loop_start..]) > 0.0);
         self.cut_loop(slack);
         self.loop_start = self.points.len();
     }
@@ -110,11 +104,6 @@ impl MonotoneChains {
     pub(crate) fn seal(&mut self) {
         self.chains
             .sort_unstable_by(|a, b| a.y_top.total_cmp(&b.y_top).then(a.top.cmp(&b.top)));
-    }
-
-    /// How many loops bound something from outside.
-    pub(crate) fn n_outer(&self) -> usize {
-        self.n_outer
     }
 
     /// The height of the highest point; infinite when there is none.

@@ -128,7 +128,7 @@ fn with_others(views: u32) -> (SilhouetteMap, Vec<Mask>, Vec<u32>) {
 fn views_off_the_polytope_count_and_are_never_kept() {
     let (dense, masks, corners) = with_others(90);
     let mut work = Simplification::new(&dense, &masks, &SimplifyMapParams::default());
-    work.predict_others();
+    work.predict_others(&Watch::silent()).unwrap();
     work.polytope.check();
     let before = work.error_sum;
     assert!(before > 0.0, "the others are not predicted");
