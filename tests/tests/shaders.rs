@@ -65,6 +65,149 @@ fn an_invalid_program_is_noticed() {
     assert!(!valid, "a vec3f passed for a vec4f");
 }
 
+/// Words and operators of a shader, without comments.
+fn tokens(source: &str) -> Vec<String> {
+    const LONG: [&str; 17] = [
+        "<<=", ">>=", "->", "&&", "||", "==", "!=", "<=", ">=", "<<", ">>", "+=", "-=", "*=", "|=",
+        "&=", "^=",
+    ];
+    let lines = source
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or(line));
+    let text: String = lines.collect::<Vec<_>>().join("\n");
+    let mut rest = text.as_str();
+    let mut found = Vec::new();
+    while let Some(first) = rest.chars().next() {
+        let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let length = if is_word(first) {
+            rest.find(|c| !is_word(c)).unwrap_or(rest.len())
+        } else {
+            let long = LONG.iter().find(|op| rest.starts_with(**op));
+            long.map_or(first.len_utf8(), |op| op.len())
+        };
+        if !first.is_whitespace() {
+            found.push(rest[..length].to_owned());
+        }
+        rest = &rest[length..];
+    }
+    found
+}
+
+/// The first pair of operators beside each other that WGSL gives no precedence ("Operator Precedence and Associativity"): browsers
+/// refuse them, naga takes them.
+fn mixed_operators(source: &str) -> Option<(String, String)> {
+    const TEMPLATES: [&str; 9] = [
+        "bitcast",
+        "vec2",
+        "vec3",
+        "vec4",
+        "array",
+        "var",
+        "ptr",
+        "texture_2d",
+        "texture_2d_array",
+    ];
+    let binary = |op: &str| match op {
+        "|" | "&" | "^" => Some(0),
+        "<<" | ">>" => Some(1),
+        "+" | "-" | "*" | "/" | "%" => Some(2),
+        "<" | ">" | "<=" | ">=" | "==" | "!=" => Some(3),
+        "&&" | "||" => Some(4),
+        _ => None,
+    };
+    let may_mix = |a: &str, b: &str| match (binary(a), binary(b)) {
+        (Some(0), _) | (_, Some(0)) | (Some(4), Some(4)) => a == b,
+        (Some(1), Some(1 | 2)) | (Some(2), Some(1)) | (Some(3), Some(3)) => false,
+        _ => true,
+    };
+    // Of each bracket that is open: the operators since the last comma or the like.
+    let mut levels: Vec<Vec<String>> = vec![Vec::new()];
+    let mut before = String::new();
+    let mut templates = 0;
+    for token in tokens(source) {
+        let is_operand = before.ends_with(|c: char| c.is_alphanumeric() || ")]_".contains(c))
+            && before != "return";
+        match token.as_str() {
+            "<" if TEMPLATES.contains(&before.as_str()) => templates += 1,
+            ">" if templates > 0 => templates -= 1,
+            "(" | "[" => levels.push(Vec::new()),
+            ")" | "]" => {
+                levels.pop();
+            }
+            op if binary(op).is_some() && is_operand => {
+                let level = levels.last_mut()?;
+                // A comparison ends where an && begins.
+                let near = level
+                    .iter()
+                    .rev()
+                    .take_while(|other| binary(op) != Some(3) || binary(other) != Some(4));
+                // Shifts are beside what stands beside them; the rest is of the whole expression.
+                let is_near = |k: usize, other: &str| {
+                    k == 0 || !(binary(op) == Some(1) || binary(other) == Some(1))
+                };
+                let clash = near
+                    .enumerate()
+                    .find(|(k, other)| is_near(*k, other) && !may_mix(other, op));
+                if let Some((_, other)) = clash {
+                    return Some((other.clone(), op.to_owned()));
+                }
+                level.push(op.to_owned());
+            }
+            op if binary(op).is_none()
+                && !op.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+                && op != "!"
+                && op != "~" =>
+            {
+                levels.last_mut()?.clear();
+            }
+            _ => {}
+        }
+        before = token;
+    }
+    None
+}
+
+#[test]
+fn no_program_mixes_operators_that_browsers_do_not_let_mix() {
+    for shader in all() {
+        assert_eq!(mixed_operators(&shader.source()), None, "{}", shader.name);
+    }
+}
+
+#[test]
+fn mixed_operators_are_noticed() {
+    let body = |e: &str| {
+        format!("fn f(a: vec2<u32>) -> u32 {{ let b = array<u32, 2>(1u, 2u); return {e}; }}")
+    };
+    for bad in [
+        "a | b << 2u",
+        "a & b + 1u",
+        "a ^ b | 1u",
+        "a << b << 1u",
+        "a == b == c",
+        "a < b == c",
+        "a & 1u != 0u",
+        "a && b || c",
+        "(a + 1u) * b << 2u",
+        "f(a | b << 2u, 1)",
+    ] {
+        assert!(mixed_operators(&body(bad)).is_some(), "{bad}");
+    }
+    for good in [
+        "a | (b << 2u) | c",
+        "(a & b) + 1u",
+        "a << 1u",
+        "a == b && c == d",
+        "a + b * c - -d",
+        "x < 1.0 || y > 2.0",
+        "f(a | b, c + 1u)",
+        "(a & 1u) != 0u",
+        "b[i + 1u] << 2u",
+    ] {
+        assert_eq!(mixed_operators(&body(good)), None, "{good}");
+    }
+}
+
 /// Texts of all files of a folder and of those in it.
 fn texts(folder: &Path, into: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).unwrap() {

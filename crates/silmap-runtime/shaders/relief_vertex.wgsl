@@ -24,5 +24,5 @@ fn fill_relief(out: ptr<function, Fragment>, corner: Corner, instance: Instance)
 }
 
 fn relief_packed(views: vec4u) -> u32 {
-    return views.x | views.y << 6u | views.z << 12u | views.w << 18u;
+    return views.x | (views.y << 6u) | (views.z << 12u) | (views.w << 18u);
 }
