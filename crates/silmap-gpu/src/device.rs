@@ -119,14 +119,6 @@ pub struct Gpu {
     errors: ErrorSlot,
 }
 
-/// What every device is asked for: WebGL2's limits with the adapter's image sizes and alignments.
-fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
-    let offered = adapter.limits();
-    wgpu::Limits::downlevel_webgl2_defaults()
-        .using_resolution(offered.clone())
-        .using_alignment(offered)
-}
-
 /// Features used where they are there: exact timings, and coverage of every touched pixel.
 const OPTIONAL_FEATURES: wgpu::Features =
     wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::CONSERVATIVE_RASTERIZATION);
@@ -152,16 +144,11 @@ impl Gpu {
     ) -> Result<Self, GpuError> {
         let adapter = choose_adapter(&instance, surface).await?;
         let info = adapter.get_info();
-        let tier = if adapter.get_downlevel_capabilities().is_webgpu_compliant() {
-            Tier::Full
-        } else {
-            Tier::Limited
-        };
         let (device, queue) = adapter
             .request_device(&wgpu::DeviceDescriptor {
                 label: Some("silmap"),
                 required_features: adapter.features() & OPTIONAL_FEATURES,
-                required_limits: required_limits(&adapter),
+                required_limits: Self::required_limits(&adapter),
                 ..Default::default()
             })
             .await
@@ -169,6 +156,23 @@ impl Gpu {
                 adapter: info.name,
                 reason: refusal.to_string(),
             })?;
+        Ok(Self::of_host(instance, adapter, device, queue))
+    }
+
+    /// A device that a host program has opened, with [`Gpu::required_limits`] at least. What it refuses outside a call is kept here from
+    /// now on, in place of what the host did with it.
+    #[must_use]
+    pub fn of_host(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+    ) -> Self {
+        let tier = if adapter.get_downlevel_capabilities().is_webgpu_compliant() {
+            Tier::Full
+        } else {
+            Tier::Limited
+        };
         let errors = ErrorSlot::default();
         let slot = errors.clone();
         device.on_uncaptured_error(Arc::new(move |error| slot.record(GpuError::from(error))));
@@ -176,14 +180,23 @@ impl Gpu {
         device.set_device_lost_callback(move |_, reason| {
             slot.record(GpuError::DeviceLost { reason });
         });
-        Ok(Self {
+        Self {
             instance,
             adapter,
             device,
             queue,
             tier,
             errors,
-        })
+        }
+    }
+
+    /// What every device is asked for: WebGL2's limits with the adapter's image sizes and alignments.
+    #[must_use]
+    pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+        let offered = adapter.limits();
+        wgpu::Limits::downlevel_webgl2_defaults()
+            .using_resolution(offered.clone())
+            .using_alignment(offered)
     }
 
     /// The adapter's name and the interface it is driven through, as "llvmpipe (Vulkan)".

@@ -10,6 +10,7 @@ mod groups;
 mod looking;
 mod manifest;
 mod meshes;
+mod viewing;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -27,6 +28,7 @@ pub(crate) use looking::{
 };
 pub(crate) use manifest::{ManifestArgs, Shard};
 pub(crate) use meshes::{BenchArgs, EdgesArgs, ExtractionArg, GenerateArgs, HullArgs, ModelKind};
+pub(crate) use viewing::ViewArgs;
 
 /// A coarse textured hull that wears the outline of the full mesh.
 #[derive(Debug, Parser)]
@@ -66,6 +68,7 @@ pub(crate) enum Command {
     Align(AlignArgs),
     Bench(BenchArgs),
     Generate(GenerateArgs),
+    View(ViewArgs),
 }
 
 /// Ends the program for options that do not go together, as clap ends it for those that are wrong alone.
@@ -102,7 +105,8 @@ impl Command {
             | Self::Render(_)
             | Self::Contour(_)
             | Self::Inspect(_)
-            | Self::Generate(_) => None,
+            | Self::Generate(_)
+            | Self::View(_) => None,
         }
     }
 }

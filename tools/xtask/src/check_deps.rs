@@ -65,6 +65,19 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["silmap-geometry", "silmap-map", "silmap-measure"],
     ),
     (
+        "silmap-viewer",
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-gpu",
+            "silmap-mesh-io",
+            "silmap-preprocess",
+            "silmap-runtime",
+            "silmap-study",
+            "silmap-measure",
+        ],
+    ),
+    (
         "silmap-cli",
         &[
             "silmap-geometry",
@@ -120,6 +133,7 @@ const TEST_ARROWS: &[(&str, &[&str])] = &[
     ("silmap-preprocess", &["silmap-models"]),
     ("silmap-capture", &["silmap-models"]),
     ("silmap-measure", &["silmap-models", "silmap-mesh-io"]),
+    ("silmap-viewer", &["silmap-models"]),
 ];
 
 /// One crate names another.

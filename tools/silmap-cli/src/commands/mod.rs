@@ -22,6 +22,7 @@ mod manifest;
 mod render;
 mod report;
 mod simplify;
+mod view;
 
 use silmap_gpu::Gpu;
 
@@ -57,5 +58,6 @@ pub(crate) fn run(command: Command) -> anyhow::Result<()> {
         Command::Align(args) => align::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => generate::run(&args),
+        Command::View(args) => view::run(&args),
     }
 }

@@ -1,0 +1,226 @@
+//! Many instances of the asset in one pass, as a host of `silmap-runtime` draws them.
+
+use glam::{DQuat, DVec3};
+use silmap_geometry::Camera;
+use silmap_gpu::Gpu;
+use silmap_map::{Asset, BoundingSphere};
+use silmap_runtime::{
+    DepthDirection, DepthTarget, FrameStats, Instance, LoadedAsset, Paint, Renderer,
+    RendererOptions, TargetFormats, Transform, View,
+};
+use silmap_study::{Mode, RenderError};
+
+const SAMPLES: u32 = 4;
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
+
+/// The distance between neighbours, in radii of a model.
+const SPACING_REL: f64 = 2.1;
+
+/// The near plane, as a share of the radius.
+const NEAR_REL: f64 = 0.05;
+
+/// A frame of many instances.
+#[derive(Clone, Debug)]
+pub(crate) struct CrowdParams {
+    pub(crate) camera: Camera,
+    pub(crate) count: u32,
+    pub(crate) paint: Paint,
+    pub(crate) background: wgpu::Color,
+}
+
+/// The sphere about so many instances of a model, the first of which is in its place.
+#[must_use]
+pub(crate) fn sphere_of(model: BoundingSphere, count: u32) -> BoundingSphere {
+    let reach = place(model.radius, count.saturating_sub(1)).length();
+    BoundingSphere {
+        center: model.center,
+        radius: model.radius + reach,
+    }
+}
+
+/// From the first instance to number `k`: on a spiral in the plane y = 0, as the seeds of a sunflower.
+fn place(radius: f64, k: u32) -> DVec3 {
+    let angle = f64::from(k) * 2.399_963;
+    let distance = SPACING_REL * radius * f64::from(k).sqrt();
+    DVec3::new(distance * angle.sin(), 0.0, distance * angle.cos())
+}
+
+/// What is kept from frame to frame.
+#[derive(Debug, Default)]
+pub(crate) struct Crowd {
+    ready: Option<Ready>,
+}
+
+#[derive(Debug)]
+struct Ready {
+    renderer: Renderer,
+    asset: LoadedAsset,
+    transforms: Vec<Transform>,
+    samples: Option<((u32, u32), [wgpu::TextureView; 2])>,
+    stats: FrameStats,
+}
+
+impl Crowd {
+    /// Draws a frame.
+    pub(crate) fn record(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        (view, format): (&wgpu::TextureView, wgpu::TextureFormat),
+        (params, asset): (&CrowdParams, Option<&Asset>),
+    ) -> Result<(), RenderError> {
+        let mode = Mode::Clipped;
+        let asset = asset.ok_or(RenderError::NoAsset { mode })?;
+        if self.ready.is_none() {
+            self.ready = Some(Ready::new(gpu, format, asset)?);
+        }
+        let Some(ready) = &mut self.ready else {
+            return Ok(());
+        };
+        ready.stand(params.count);
+        ready.record(gpu, encoder, view, params)?;
+        gpu.check()?;
+        Ok(())
+    }
+
+    /// What the frame that was drawn last took.
+    pub(crate) fn stats(&self) -> Option<FrameStats> {
+        self.ready.as_ref().map(|ready| ready.stats)
+    }
+}
+
+impl Ready {
+    fn new(gpu: &Gpu, format: wgpu::TextureFormat, asset: &Asset) -> Result<Self, RenderError> {
+        let formats = TargetFormats {
+            colour: Some(format),
+            depth: Some(DepthTarget {
+                format: DEPTH,
+                direction: DepthDirection::Reversed,
+            }),
+            samples: SAMPLES,
+        };
+        let renderer = Renderer::new(&gpu.device, RendererOptions::new(formats))
+            .expect("invariant: the options go together");
+        let asset = renderer.load(&gpu.device, &gpu.queue, asset)?;
+        Ok(Self {
+            renderer,
+            asset,
+            transforms: Vec::new(),
+            samples: None,
+            stats: FrameStats::default(),
+        })
+    }
+
+    /// Puts as many up as are asked for.
+    fn stand(&mut self, count: u32) {
+        let bounds = self.asset.model_bounds();
+        let had = self.transforms.len() as u32;
+        self.transforms.truncate(count as usize);
+        for k in had..count {
+            // All but the first turned, each another way.
+            let turn = DQuat::from_rotation_y(f64::from(k) * 1.7);
+            let to = place(bounds.radius, k);
+            let stand = bounds.center - turn * bounds.center;
+            let transform = Transform::new(1.0, turn, stand + to);
+            self.transforms.extend(transform.ok());
+        }
+    }
+
+    fn record(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        params: &CrowdParams,
+    ) -> Result<(), RenderError> {
+        let camera = &params.camera;
+        let size_px = (camera.width_px, camera.height_px);
+        let model = self.asset.bounds();
+        let all = sphere_of(model_sphere(&model), params.count);
+        let distance = camera.eye.distance(all.center);
+        let near = (distance - all.radius).max(NEAR_REL * model.radius);
+        let far = distance + all.radius;
+        // Reversed: near at one, far at zero.
+        let mut clip_from_world = camera.clip_from_object(near, far);
+        let (z, w) = (clip_from_world.row(2), clip_from_world.row(3));
+        let mut rows = [0, 1, 2, 3].map(|i| clip_from_world.row(i));
+        rows[2] = w - z;
+        clip_from_world = glam::DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        let view = View {
+            clip_from_world,
+            size_px,
+        };
+        let instances: Vec<_> = (self.transforms.iter())
+            .map(|&transform| Instance {
+                paint: params.paint,
+                ..Instance::new(&self.asset, transform)
+            })
+            .collect();
+        self.stats = (self.renderer).prepare(&gpu.device, &gpu.queue, &view, &instances)?;
+        let is_there = self
+            .samples
+            .as_ref()
+            .is_some_and(|(size, _)| *size == size_px);
+        if !is_there {
+            let colour = self.renderer.options().formats.colour;
+            let formats = [colour.unwrap_or(wgpu::TextureFormat::Rgba8UnormSrgb), DEPTH];
+            let views = formats.map(|format| samples(&gpu.device, size_px, format));
+            self.samples = Some((size_px, views));
+        }
+        let Some((_, [colour, depth])) = &self.samples else {
+            return Ok(());
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("instances"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: colour,
+                depth_slice: None,
+                resolve_target: Some(target),
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(params.background),
+                    store: wgpu::StoreOp::Discard,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: depth,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+            }),
+            ..Default::default()
+        });
+        self.renderer.draw(&mut pass);
+        Ok(())
+    }
+}
+
+fn model_sphere(bounds: &BoundingSphere) -> BoundingSphere {
+    *bounds
+}
+
+fn samples(
+    device: &wgpu::Device,
+    (width, height): (u32, u32),
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("samples"),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: SAMPLES,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

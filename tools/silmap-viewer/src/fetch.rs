@@ -1,0 +1,68 @@
+//! Files on a page: they come by address, or are dropped.
+
+use wasm_bindgen::JsCast;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
+
+use crate::loader::{Loading, News, Teller};
+use crate::scene::Scene;
+
+/// Assets larger than this are not fetched, bytes.
+const MOST_BYTES: f64 = 512.0 * 1024.0 * 1024.0;
+
+/// Begins to fetch an asset.
+pub(crate) fn fetch(context: &egui::Context, address: String) -> Loading {
+    let name = address.clone();
+    Loading::begin(context, &name, |teller, _| {
+        spawn_local(async move {
+            let name = address.rsplit('/').next().unwrap_or(&address).to_owned();
+            let news = match bytes_of(&address).await {
+                Ok(bytes) => read(&name, &bytes),
+                Err(reason) => News::Failed(format!("{address}: {reason}")),
+            };
+            teller.tell(news);
+        });
+    })
+}
+
+/// Begins to read a file that was dropped.
+pub(crate) fn read_dropped(context: &egui::Context, file: egui::DroppedFileHandle) -> Loading {
+    let name = file.path().display().to_string();
+    Loading::begin(context, &name.clone(), |teller: Teller, _| {
+        spawn_local(async move {
+            let news = match file.bytes_async().await {
+                Ok(bytes) => read(&name, &bytes),
+                Err(reason) => News::Failed(format!("{name}: {reason}")),
+            };
+            teller.tell(news);
+        });
+    })
+}
+
+fn read(name: &str, bytes: &[u8]) -> News {
+    match silmap_map::asset::read(bytes) {
+        Ok(asset) => News::Done(Box::new(Scene::of_asset(name, bytes.len() as u64, asset))),
+        Err(error) => News::Failed(format!("{name}: {error}")),
+    }
+}
+
+/// What an address holds.
+async fn bytes_of(address: &str) -> Result<Vec<u8>, String> {
+    let window = web_sys::window().ok_or("this is no page")?;
+    let unreachable = |_| "it cannot be reached".to_owned();
+    let response = JsFuture::from(window.fetch_with_str(address))
+        .await
+        .map_err(unreachable)?;
+    let response: web_sys::Response = response.unchecked_into();
+    if !response.ok() {
+        return Err(format!("the server answers {}", response.status()));
+    }
+    let length = response.headers().get("content-length").ok().flatten();
+    let length: Option<f64> = length.and_then(|length| length.parse().ok());
+    if length.is_some_and(|bytes| bytes > MOST_BYTES) {
+        return Err("it is too large for a page".to_owned());
+    }
+    let cut_off = |_| "the connection broke off".to_owned();
+    let buffer = response.array_buffer().map_err(cut_off)?;
+    let buffer = JsFuture::from(buffer).await.map_err(cut_off)?;
+    Ok(js_sys::Uint8Array::new(&buffer).to_vec())
+}

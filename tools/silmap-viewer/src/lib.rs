@@ -1,0 +1,36 @@
+//! The viewer: a window, or a web page, in which an asset is turned, compared with its mesh, and looked into.
+//!
+//! [`App`] is the same program in both. It draws with `silmap-study`, as `silmap render` does, and many instances with `silmap-runtime`.
+
+mod app;
+mod bar;
+mod blit;
+mod crowd;
+#[cfg(not(target_arch = "wasm32"))]
+mod export;
+#[cfg(target_arch = "wasm32")]
+mod fetch;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod files;
+#[cfg(not(target_arch = "wasm32"))]
+mod live_error;
+mod loader;
+pub mod look;
+pub mod orbit;
+mod overlays;
+#[cfg(target_arch = "wasm32")]
+mod page;
+mod panel;
+mod scene;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod serve;
+mod stage;
+mod timing;
+mod viewer;
+mod viewport;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod window;
+
+pub use app::{App, Start};
+pub use scene::Scene;
+pub use viewer::{Message, Viewer};

@@ -1,0 +1,169 @@
+//! `silmap-viewer`: the window, from the command line; `silmap view` starts it. On a page: the beginning of the program.
+
+#[cfg(target_arch = "wasm32")]
+fn main() {}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn main() -> std::process::ExitCode {
+    desktop::main()
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+mod desktop {
+    use std::path::PathBuf;
+    use std::process::ExitCode;
+
+    use clap::Parser;
+    use clap::error::ErrorKind;
+    use silmap_viewer::files::Opened;
+    use silmap_viewer::look::Look;
+    use silmap_viewer::serve::{self, Served};
+    use silmap_viewer::{Start, window};
+
+    /// Exit codes of `silmap`.
+    const NO_ADAPTER: u8 = 3;
+
+    /// Look at an asset, or at a mesh while its asset is built
+    #[derive(Debug, Parser)]
+    #[command(
+        name = "silmap view",
+        version,
+        after_help = "Example: silmap view bunny.glb --model bunny.off --beside clipped --mode original"
+    )]
+    struct Args {
+        /// The asset, or a mesh; without one the window waits for a file to be dropped
+        file: Option<PathBuf>,
+        /// The full mesh of the asset, to compare with
+        #[arg(long, requires = "file")]
+        model: Option<PathBuf>,
+        /// The eye, as for `silmap render`
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+        eye: Option<String>,
+        /// What the eye looks at
+        #[arg(
+            long,
+            value_name = "X,Y,Z",
+            allow_hyphen_values = true,
+            requires = "eye"
+        )]
+        target: Option<String>,
+        /// Upwards in the picture
+        #[arg(
+            long,
+            value_name = "X,Y,Z",
+            allow_hyphen_values = true,
+            requires = "eye"
+        )]
+        up: Option<String>,
+        /// Vertical field of view, degrees
+        #[arg(long, value_name = "DEGREES", requires = "eye")]
+        fov: Option<String>,
+        /// clipped, original, textured, coarse, silhouette or difference
+        #[arg(long)]
+        mode: Option<String>,
+        /// The mode of a second picture, to the right of a line that can be dragged
+        #[arg(long, value_name = "MODE")]
+        beside: Option<String>,
+        /// auto, tight, hull or paper
+        #[arg(long)]
+        method: Option<String>,
+        /// relief, blended, nearest, views, tiles or lit
+        #[arg(long)]
+        paint: Option<String>,
+        /// soft, msaa or none
+        #[arg(long)]
+        antialias: Option<String>,
+        /// The direction to a light that shines instead of the studio's
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+        light: Option<String>,
+        /// Overlays: outline, polytope, triangle, cameras
+        #[arg(long, value_name = "LIST")]
+        show: Option<String>,
+        /// How many instances
+        #[arg(long, value_name = "N")]
+        instances: Option<String>,
+        /// How many views the map keeps
+        #[arg(long, value_name = "N")]
+        keep: Option<String>,
+        /// A view as "Copy a link to this view" gives it; other options go before it
+        #[arg(long, value_name = "LINK", allow_hyphen_values = true)]
+        look: Option<String>,
+        /// Serve it as a page for the browser, on this machine alone, and print its address
+        #[arg(long)]
+        web: bool,
+        /// The port of --web; any that is free where 0
+        #[arg(long, default_value_t = 0, requires = "web")]
+        port: u16,
+        /// The folder of the page, as `cargo xtask web` makes it; beside the program without
+        #[arg(long, value_name = "FOLDER", requires = "web")]
+        page: Option<PathBuf>,
+    }
+
+    impl Args {
+        /// All of it as a link.
+        fn link(&self) -> String {
+            let options = [
+                ("eye", &self.eye),
+                ("target", &self.target),
+                ("up", &self.up),
+                ("fov", &self.fov),
+                ("mode", &self.mode),
+                ("beside", &self.beside),
+                ("method", &self.method),
+                ("paint", &self.paint),
+                ("antialias", &self.antialias),
+                ("light", &self.light),
+                ("show", &self.show),
+                ("instances", &self.instances),
+                ("keep", &self.keep),
+            ];
+            let told = options.into_iter();
+            let told = told.filter_map(|(key, v)| v.as_ref().map(|v| format!("{key}={v}")));
+            let look = self.look.iter().cloned();
+            look.chain(told).collect::<Vec<_>>().join("&")
+        }
+    }
+
+    pub(crate) fn main() -> ExitCode {
+        let args = Args::parse();
+        let link = args.link();
+        let look = Look::read_link(&link, &[]).unwrap_or_else(|error| {
+            let command = <Args as clap::CommandFactory>::command();
+            let mut command = command.bin_name("silmap view");
+            command.error(ErrorKind::ValueValidation, error).exit()
+        });
+        if args.web {
+            let served = Served {
+                asset: args.file,
+                page: args.page,
+                port: args.port,
+                link,
+            };
+            let said = serve::serve(&served, |address| eprintln!("{address}  (Ctrl-C ends it)"));
+            return match said {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => {
+                    eprintln!("error: {error:#}");
+                    ExitCode::FAILURE
+                }
+            };
+        }
+        let file = args.file.map(|path| Opened {
+            path,
+            model: args.model,
+        });
+        let start = Start {
+            look,
+            is_given: !link.is_empty(),
+            is_bare: false,
+            file,
+        };
+        match window::open(start) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("error: {error}");
+                ExitCode::from(NO_ADAPTER)
+            }
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! What is loaded to the graphics device, and the pictures that are drawn of it.
+//!
+//! Pictures are drawn to textures of the view's size when something changed, and placed into the window in every frame.
+
+use std::sync::Arc;
+
+use silmap_geometry::TriangleMesh;
+use silmap_gpu::{Gpu, GpuError};
+use silmap_map::Asset;
+use silmap_study::{FrameParams, PictureOptions, PictureRenderer, RenderError};
+
+use crate::blit::{Blit, PictureCallback, Placed};
+use crate::crowd::{Crowd, CrowdParams};
+
+/// What one picture shows.
+#[derive(Clone, Debug)]
+pub(crate) enum Picture {
+    /// One model.
+    Single(FrameParams),
+    /// Many instances.
+    Crowd(CrowdParams),
+}
+
+/// What a picture was drawn with, to see whether it is still right.
+#[derive(Clone, Debug, PartialEq)]
+struct Drawn {
+    description: String,
+    generation: u64,
+}
+
+/// A texture to draw to.
+#[derive(Debug)]
+struct Target {
+    size_px: (u32, u32),
+    view: wgpu::TextureView,
+    texture: wgpu::Texture,
+    drawn: Option<Drawn>,
+}
+
+/// The device's side of the viewer.
+#[derive(Debug)]
+pub(crate) struct Stage {
+    pub(crate) gpu: Gpu,
+    renderer: PictureRenderer,
+    crowd: Crowd,
+    options: PictureOptions,
+    blit: Arc<Blit>,
+    targets: [Option<Target>; 2],
+    placed: Option<Arc<Placed>>,
+    /// Counts what was loaded.
+    generation: u64,
+}
+
+impl Stage {
+    /// On the window's device.
+    pub(crate) fn new(state: &egui_wgpu::RenderState) -> Self {
+        let gpu = Gpu::of_host(
+            state.instance.clone(),
+            state.adapter.clone(),
+            state.device.clone(),
+            state.queue.clone(),
+        );
+        let options = PictureOptions::default();
+        Self {
+            renderer: PictureRenderer::new(&gpu, options.clone()),
+            crowd: Crowd::default(),
+            blit: Arc::new(Blit::new(&gpu.device, state.target_format)),
+            targets: [None, None],
+            placed: None,
+            generation: 0,
+            options,
+            gpu,
+        }
+    }
+
+    /// Shows these in place of what was loaded before; what cannot be loaded leaves the rest as it is.
+    pub(crate) fn load(
+        &mut self,
+        asset: Option<&Asset>,
+        model: Option<&TriangleMesh>,
+        relight: bool,
+    ) -> Result<(), RenderError> {
+        let options = PictureOptions {
+            relight,
+            ..self.options.clone()
+        };
+        // All or nothing: a new renderer takes the old one's place when both are there.
+        let mut renderer = PictureRenderer::new(&self.gpu, options.clone());
+        if let Some(asset) = asset {
+            renderer.load_asset(&self.gpu, asset)?;
+        }
+        if let Some(model) = model {
+            renderer.load_model(&self.gpu, model)?;
+        }
+        self.renderer = renderer;
+        self.crowd = Crowd::default();
+        self.options = options;
+        self.generation += 1;
+        Ok(())
+    }
+
+    /// Shows another asset beside the model that is there.
+    pub(crate) fn replace_asset(&mut self, asset: &Asset) -> Result<(), RenderError> {
+        self.renderer.load_asset(&self.gpu, asset)?;
+        self.crowd = Crowd::default();
+        self.generation += 1;
+        Ok(())
+    }
+
+    /// Whether lights can be moved.
+    pub(crate) fn can_relight(&self) -> bool {
+        self.options.relight
+    }
+
+    /// Draws the picture of a pane, where it is not there yet. Returns whether it was drawn.
+    pub(crate) fn draw(
+        &mut self,
+        pane: usize,
+        size_px: (u32, u32),
+        (picture, asset): (&Picture, Option<&Asset>),
+    ) -> Result<bool, RenderError> {
+        let drawn = Drawn {
+            description: format!("{picture:?}"),
+            generation: self.generation,
+        };
+        let target = self.targets[pane].take();
+        let mut target = match target {
+            Some(target) if target.size_px == size_px => target,
+            _ => {
+                self.placed = None;
+                Target::new(&self.gpu.device, size_px, self.options.target_format)
+            }
+        };
+        if target.drawn.as_ref() == Some(&drawn) {
+            self.targets[pane] = Some(target);
+            return Ok(false);
+        }
+        target.drawn = None;
+        let made = self.record(&target.view, picture, asset);
+        if made.is_ok() {
+            target.drawn = Some(drawn);
+        }
+        self.targets[pane] = Some(target);
+        made.map(|()| true)
+    }
+
+    fn record(
+        &mut self,
+        view: &wgpu::TextureView,
+        picture: &Picture,
+        asset: Option<&Asset>,
+    ) -> Result<(), RenderError> {
+        let described = wgpu::CommandEncoderDescriptor {
+            label: Some("picture"),
+        };
+        let mut encoder = self.gpu.device.create_command_encoder(&described);
+        match picture {
+            Picture::Single(params) => {
+                (self.renderer).record(&self.gpu, &mut encoder, view, params)?;
+            }
+            Picture::Crowd(params) => {
+                let format = self.options.target_format;
+                (self.crowd).record(&self.gpu, &mut encoder, (view, format), (params, asset))?;
+            }
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// What puts the pictures into the window: the left one up to a column, the right one from there on.
+    pub(crate) fn callback(
+        &mut self,
+        origin_px: [f32; 2],
+        split_px: f32,
+    ) -> Option<PictureCallback> {
+        if self.placed.is_none() {
+            let [left, right] = &self.targets;
+            let left = left.as_ref()?;
+            let same = |target: &&Target| target.size_px == left.size_px;
+            let right = right.as_ref().filter(same).unwrap_or(left);
+            let views = [&left.view, &right.view];
+            self.placed = Some(Arc::new(self.blit.place(&self.gpu.device, views)));
+        }
+        Some(PictureCallback {
+            placed: Arc::clone(self.placed.as_ref()?),
+            origin_px,
+            split_px,
+        })
+    }
+
+    /// What the frame of many instances took that was drawn last.
+    pub(crate) fn crowd_stats(&self) -> Option<silmap_runtime::FrameStats> {
+        self.crowd.stats()
+    }
+
+    /// What the device says, where it fails.
+    pub(crate) fn check(&self) -> Result<(), GpuError> {
+        self.gpu.check()
+    }
+
+    /// The texture of a pane, to read back.
+    pub(crate) fn texture(&self, pane: usize) -> Option<(&wgpu::Texture, (u32, u32))> {
+        let target = self.targets[pane].as_ref()?;
+        Some((&target.texture, target.size_px))
+    }
+}
+
+impl Target {
+    fn new(device: &wgpu::Device, size_px: (u32, u32), format: wgpu::TextureFormat) -> Self {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d {
+                width: size_px.0,
+                height: size_px.1,
+                depth_or_array_layers: 1,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        Self {
+            size_px,
+            view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
+            texture,
+            drawn: None,
+        }
+    }
+}
