@@ -4,6 +4,7 @@
 //! Page and numbers are pure functions of [`Report`]; the caller that fills it in decides what is measured. Plots are drawn as SVG in
 //! `charts`, pictures of things in space on the CPU in `canvas`.
 
+pub mod animation;
 mod canvas;
 mod capture_page;
 mod charts;
