@@ -29,6 +29,7 @@ mod subdivide;
 mod texture_errors;
 #[cfg(test)]
 mod texture_tests;
+mod turntable;
 pub mod uniform;
 
 pub use bench::{Bench, Row};
@@ -57,3 +58,4 @@ pub use subdivide::subdivide;
 pub use texture_errors::{
     ColourErrors, TextureErrorParams, TextureErrors, colour_errors, discontinuities_per_1000,
 };
+pub use turntable::{TurntableFrame, turntable};

@@ -22,8 +22,8 @@ use crate::stray_views::stray_views;
 use crate::uniform::uniform_curve;
 use crate::{
     ColourRow, Conditions, ContourTime, DirectionErrors, ErrorSample, MeasureError, MethodErrors,
-    PlaceErrors, PolytopeLevel, StrayView, TextureErrorParams, TextureFigures, WorstView,
-    colour_errors, discontinuities_per_1000, machine, painting,
+    PlaceErrors, PolytopeLevel, StrayView, TextureErrorParams, TextureFigures, TurntableFrame,
+    WorstView, colour_errors, discontinuities_per_1000, machine, painting, turntable,
 };
 
 /// How much is measured.
@@ -86,6 +86,8 @@ pub struct Measured {
     pub worst: Vec<WorstView>,
     /// Those where outlines stray farthest.
     pub strays: Vec<StrayView>,
+    /// A turn around it, beside its model; empty without a graphics adapter.
+    pub turntable: Vec<TurntableFrame>,
     /// How well the hull is painted.
     pub textures: Option<TextureFigures>,
     /// How long an outline takes.
@@ -94,7 +96,7 @@ pub struct Measured {
     pub conditions: Conditions,
 }
 
-/// Measures an asset whose file has these bytes; colours only where there is a graphics adapter.
+/// Measures an asset whose file has these bytes; colours and pictures only where there is a graphics adapter.
 ///
 /// # Errors
 /// When interrupted, or the map is broken.
@@ -125,6 +127,7 @@ pub fn measure(
         (params.resolution_px, gpu),
         watch,
     )?;
+    let turntable = gpu.map_or(Ok(Vec::new()), |gpu| turntable((asset, model), gpu, watch))?;
     let textures = texture_figures(asset, model, (params, gpu), watch)?;
     Ok(Measured {
         bytes: byte_rows(&asset::sizes(bytes)?),
@@ -134,6 +137,7 @@ pub fn measure(
         directions,
         worst,
         strays,
+        turntable,
         textures: Some(textures),
         contour_times,
         conditions: Conditions {

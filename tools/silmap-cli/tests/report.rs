@@ -8,9 +8,15 @@
 mod common;
 
 use std::fs;
+use std::io::Cursor;
 use std::path::Path;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use common::{Ended, check_one_sentence, fixture, is_gpu_skipped, run, run_json, scratch};
+use image::AnimationDecoder;
+use image::codecs::webp::WebPDecoder;
+use image::metadata::LoopCount;
 use serde_json::Value;
 
 /// Options that make it quick.
@@ -208,6 +214,63 @@ fn extraction_is_compared_on_request() {
         }
     }
     assert!(html.contains("As frames"));
+}
+
+/// The bytes of the pictures of a kind that a page has in itself.
+fn embedded(html: &str, start: &str) -> Vec<u8> {
+    let (_, address) = html.split_once(start).unwrap();
+    let (base64, _) = address.split_once('"').unwrap();
+    STANDARD.decode(base64).unwrap()
+}
+
+/// A turn of the model beside the asset; it stands still for readers who asked for that. Only pictures: the numbers know nothing of it.
+#[test]
+fn the_model_and_the_asset_turn() {
+    if is_gpu_skipped() {
+        return;
+    }
+    let (made, folder) = (fixture(), scratch("report-turn"));
+    let ended = report(&made.asset, &made.model, &folder);
+    assert_eq!(ended.code, 0, "{}", ended.err);
+    let html = fs::read_to_string(folder.join("report.html")).unwrap();
+    let moving = embedded(&html, "src=\"data:image/webp;base64,");
+    let still = embedded(
+        &html,
+        "media=\"(prefers-reduced-motion: reduce)\" srcset=\"data:image/webp;base64,",
+    );
+    assert!(moving.len() < 300_000, "{} bytes", moving.len());
+    let frames = |bytes: Vec<u8>| {
+        let decoder = WebPDecoder::new(Cursor::new(bytes)).unwrap();
+        assert!(matches!(decoder.loop_count(), LoopCount::Infinite));
+        decoder.into_frames().collect_frames().unwrap()
+    };
+    let (moving, still) = (frames(moving), frames(still));
+    assert_eq!((moving.len(), still.len()), (36, 1));
+    assert!(moving[0].buffer() == still[0].buffer());
+    // Both halves show something, on white, that is alike and changes.
+    let half = |frame: usize, left: u32| {
+        let image = moving[frame].buffer();
+        assert_eq!(image.dimensions(), (192 + 8 + 192, 192));
+        image::imageops::crop_imm(image, left, 0, 192, 192).to_image()
+    };
+    let dark = |image: &image::RgbaImage| -> Vec<bool> {
+        image
+            .pixels()
+            .map(|p| p.0.iter().any(|&c| c < 200))
+            .collect()
+    };
+    let differing = |one: &[bool], other: &[bool]| {
+        let differing = one.iter().zip(other).filter(|(a, b)| a != b).count();
+        differing as f64 / one.iter().filter(|&&a| a).count() as f64
+    };
+    for k in [0, 9, 20] {
+        let [model, clipped] = [0, 200].map(|left| dark(&half(k, left)));
+        let later = dark(&half((k + 9) % 36, 0));
+        let (alike, moved) = (differing(&model, &clipped), differing(&model, &later));
+        assert!(alike < 0.1 && moved > 2.0 * alike, "{k}: {alike}, {moved}");
+    }
+    let json = fs::read_to_string(folder.join("report.json")).unwrap();
+    assert!(!json.contains("turn") && !json.contains("frame"), "{json}");
 }
 
 /// Frames of many instances: each scene has a table, a plot and a sentence on what to take; the numbers are those of `bench`.

@@ -25,6 +25,7 @@ mod scale;
 mod scene_section;
 mod stray_picture;
 mod texture_section;
+mod turntable_section;
 mod words;
 
 use silmap_geometry::{ColourImage, TriangleMesh};

@@ -12,7 +12,9 @@ use crate::epipolar_picture::epipolar_pictures;
 use crate::polytope_picture::polytope_picture;
 use crate::texture_section::textures;
 use crate::words::{grouped, millis, percent, significant};
-use crate::{Picture, PictureRow, Report, charts, comparison, palette, png, scene_section};
+use crate::{
+    Picture, PictureRow, Report, charts, comparison, palette, png, scene_section, turntable_section,
+};
 
 mod sizes;
 mod strays;
@@ -45,6 +47,7 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                     (opening(report))
                 }
                 main {
+                    (turntable_section::section(report))
                     @if !report.rows.is_empty() {
                         section {
                             h2 { "Pictures" }

@@ -6,7 +6,7 @@ use silmap_map::{
 };
 use silmap_measure::{
     ColourRow, Conditions, ContourTime, DirectionErrors, Measured, PolytopeLevel, StrayView,
-    Straying, StrayingSummary, TextureFigures,
+    Straying, StrayingSummary, TextureFigures, TurntableFrame,
 };
 
 use super::*;
@@ -52,6 +52,19 @@ fn asset() -> Asset {
         hull: CoarseHull::default(),
         textures: TextureSet::default(),
         placement: Placement::default(),
+    }
+}
+
+/// A frame in two greys.
+fn turntable_frame(value: u8) -> TurntableFrame {
+    let plain = |value: u8| ColourImage {
+        width: 8,
+        height: 6,
+        rgba: vec![value; 8 * 6 * 4],
+    };
+    TurntableFrame {
+        model: plain(value),
+        clipped: plain(value / 2),
     }
 }
 
@@ -120,6 +133,7 @@ fn report<'a>(asset: &'a Asset, model: &'a TriangleMesh) -> Report<'a> {
                 predicted: Vec::new(),
                 drawn: None,
             }],
+            turntable: [90, 200].map(turntable_frame).to_vec(),
             textures: Some(TextureFigures {
                 atlas_share: 0.0123,
                 discontinuities: vec![("closest-point".to_owned(), 6.54)],
@@ -189,6 +203,9 @@ fn the_page_holds_what_it_was_given() {
         "11.1 px",
         "six times closer: 12.3 px",
         "for want of a graphics adapter",
+        "All around",
+        "<source media=\"(prefers-reduced-motion: reduce)\" srcset=\"data:image/webp;base64,",
+        "width=\"24\" height=\"6\" src=\"data:image/webp;base64,",
     ] {
         assert!(html.contains(part), "{part} is missing");
     }
@@ -198,7 +215,7 @@ fn the_page_holds_what_it_was_given() {
 fn the_page_loads_nothing() {
     let (asset, model) = (asset(), TriangleMesh::default());
     let html = crate::html(&report(&asset, &model));
-    for start in ["src=\"", "href=\"", "url("] {
+    for start in ["src=\"", "srcset=\"", "href=\"", "url("] {
         for (at, _) in html.match_indices(start) {
             let address = &html[at + start.len()..];
             let is_inside = address.starts_with("data:") || address.starts_with('#');
@@ -223,6 +240,7 @@ fn an_asset_of_which_little_is_known_has_a_page_too() {
     little.measured.directions.clear();
     little.measured.worst.clear();
     little.measured.strays.clear();
+    little.measured.turntable.clear();
     little.measured.contour_times.clear();
     little.measured.polytopes.clear();
     let html = crate::html(&little);
@@ -230,6 +248,7 @@ fn an_asset_of_which_little_is_known_has_a_page_too() {
         html.contains("Sizes")
             && !html.contains("Worst")
             && !html.contains("stray")
+            && !html.contains("All around")
             && !html.contains("in space")
     );
 }
