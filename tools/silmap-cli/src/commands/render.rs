@@ -1,35 +1,26 @@
 //! `silmap render`: one picture of an asset, or of a model alone.
 
+mod drawer;
+
 use std::path::Path;
 
-use anyhow::Context;
 use clap::error::ErrorKind;
 use glam::DVec3;
 use serde::Serialize;
 use silmap_capture::MaskOptions;
-use silmap_exact::{FanReport, silhouette_edges};
-use silmap_geometry::TriangleMesh;
-use silmap_gpu::{Gpu, GpuError};
-use silmap_map::{Asset, Method};
-use silmap_measure::ExactShape;
-use silmap_mesh_io::{self as mesh_io, LoadedTriangles};
-use silmap_study::{
-    Antialias, Background, EdgeParams, EdgeStyle, FrameParams, Mode, Paint, PictureOptions,
-    PictureRenderer, RenderError, ShadowParams,
-};
+use silmap_exact::FanReport;
+use silmap_study::{Antialias, Background, EdgeStyle, Mode, Paint};
 
-use crate::args::{AntialiasArg, MethodArg, ModeArg, PaintArg, RenderArgs, usage_error};
+use crate::args::{AntialiasArg, ModeArg, PaintArg, RenderArgs, usage_error};
 use crate::camera::PictureCamera;
 use crate::captured_camera;
-use crate::commands::open_gpu;
-use crate::files::{load_model, load_model_of, read_asset};
-use crate::interrupt;
 use crate::names::PictureKind;
 use crate::output::{self, OutputFile};
 use crate::photograph::{Photograph, Shown};
 use crate::pictures::encode_picture;
-use crate::scene::Scene;
 use crate::values::Backdrop;
+
+use drawer::{Drawer, Inputs};
 
 #[derive(Serialize)]
 struct Rendered<'a> {
@@ -142,30 +133,27 @@ fn check_light(light: DVec3, mode: ModeArg) {
     }
 }
 
-pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
-    check_usage(args);
-    let kind = PictureKind::of(&args.out)?;
+/// Refuses what a kind of file cannot have behind the model.
+fn check_backdrop(args: &RenderArgs, kind: PictureKind) -> anyhow::Result<()> {
     anyhow::ensure!(
         kind != PictureKind::Jpeg || args.background != Backdrop::Transparent,
         "{}: a JPEG file has no transparency: write a .png or .webp file, or choose a colour as --background",
         args.out.display()
     );
+    Ok(())
+}
+
+pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
+    check_usage(args);
+    let kind = PictureKind::of(&args.out)?;
+    check_backdrop(args, kind)?;
     let file = OutputFile::check(&args.out)?;
     for input in [&args.asset, &args.model].into_iter().flatten() {
         file.refuse_to_replace(input);
     }
-    let asset = args.asset.as_deref().map(read_asset).transpose()?;
-    let asset = asset.map(|(asset, _)| asset);
-    // Before the device, which is not needed to say what is wrong with it.
-    let model = match args.model.as_deref().filter(|_| args.mode.needs_model()) {
-        Some(path) => Some((path, read_model(args, path, asset.as_ref())?)),
-        None => None,
-    };
-    let seen = camera(
-        args,
-        asset.as_ref(),
-        model.as_ref().map(|(_, placed)| placed),
-    )?;
+    // Before the device, which is not needed to say what is wrong with them.
+    let inputs = Inputs::read(args)?;
+    let seen = PictureCamera::from_args(&args.camera, &inputs.scene()?)?;
     if let Some(captured) = &seen.captured {
         captured.refuse_to_be_replaced_by(&file);
     }
@@ -175,80 +163,13 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
         }
         _ => None,
     };
-    let params = FrameParams {
-        camera: seen.camera,
-        mode: args.mode.into(),
-        method: asset.as_ref().map_or(Method::default(), |asset| {
-            MethodArg::resolve(args.interpolation.method, &asset.map)
-        }),
-        paint: args.paint.into(),
-        antialias: args.antialias.into(),
-        background: match &photograph {
-            // What is behind comes later.
-            Some(_) => Background::Transparent,
-            None => args.background.into(),
-        },
-        edges: EdgeParams {
-            width_px: args.width as f32,
-            by_item_buffer: args.soup,
-        },
-        light: args.light,
-        shadow: args.shadow.map(|to_light| ShadowParams {
-            to_light,
-            up: args.camera.up.unwrap_or(DVec3::Y),
-        }),
+    let background = match &photograph {
+        // What is behind comes later.
+        Some(_) => Background::Transparent,
+        None => args.background.into(),
     };
-    let model = model.map(|(path, (mesh, _))| (path, mesh));
-    let exact = match &model {
-        Some((path, mesh)) if params.mode == Mode::Exact => {
-            Some(exact_shape(mesh, &params).with_context(|| path.display().to_string())?)
-        }
-        _ => None,
-    };
-    let gpu = open_gpu()?;
-    let mut renderer = PictureRenderer::new(
-        &gpu,
-        PictureOptions {
-            relight: args.light.is_some(),
-            ..PictureOptions::default()
-        },
-    );
-    let named = || {
-        let input = args.asset.as_deref().or(args.model.as_deref());
-        input.unwrap_or(Path::new("")).display().to_string()
-    };
-    if let Some(asset) = &asset {
-        renderer.load_asset(&gpu, asset).with_context(named)?;
-    }
-    if let Some((path, mesh)) = &model {
-        match params.mode {
-            Mode::Edges(_) => renderer.load_edge_model(&gpu, mesh),
-            mode if mode.needs_model() => renderer.load_model(&gpu, mesh),
-            _ => Ok(()),
-        }
-        .with_context(|| path.display().to_string())?;
-    }
-    let picture = match &exact {
-        Some(shape) => renderer.render_shape(&gpu, &params, &shape.clip_shape()),
-        None => renderer.render(&gpu, &params),
-    }
-    .map_err(|error| name_limit(error, &gpu));
-    let picture = picture.map_err(|error| {
-        if let Some(RenderError::NotRelit) = error.downcast_ref() {
-            return anyhow::anyhow!(
-                "{}: --light needs the model's normals and colours in a known light: it was built with --relief off and --no-normals, or its pictures are photographs",
-                named()
-            );
-        }
-        let of_light =
-            |e: &RenderError| matches!(e, RenderError::Light(_) | RenderError::LightBelowGround);
-        let is_of_light = error.downcast_ref().is_some_and(of_light);
-        error.context(if is_of_light {
-            "--shadow".to_owned()
-        } else {
-            named()
-        })
-    })?;
+    let mut drawer = Drawer::open(&inputs)?;
+    let (picture, fans) = drawer.draw(seen.camera, background)?;
     let background = match args.background.rgb().filter(|_| photograph.is_none()) {
         Some([r, g, b]) => [r, g, b, 255],
         None => [0; 4],
@@ -267,8 +188,8 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
             out: &args.out,
             width: picture.width,
             height: picture.height,
-            adapter: gpu.adapter_name(),
-            fans: exact.as_ref().map(|shape| shape.fans().into()),
+            adapter: drawer.adapter_name(),
+            fans,
             view: seen.captured.as_ref().map(|c| c.view.name.as_str()),
             overlap,
         });
@@ -277,75 +198,9 @@ pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     output::say(&format!(
         "{}: drawn by {}{overlap}",
         args.out.display(),
-        gpu.adapter_name()
+        drawer.adapter_name()
     ));
     Ok(())
-}
-
-/// The error, with the limit that an image is over where it cannot be read back.
-fn name_limit(error: RenderError, gpu: &Gpu) -> anyhow::Error {
-    let RenderError::Gpu(GpuError::NotReadable { width, height, .. }) = error else {
-        return error.into();
-    };
-    let limit = gpu.device.limits().max_buffer_size;
-    anyhow::anyhow!(
-        "a picture of {width} × {height} pixels has more than the {limit} bytes that this graphics adapter hands over at once: a smaller --size is needed"
-    )
-}
-
-/// The model that the mode needs, and the origin of its coordinates: closed, or with `--soup` as it is.
-fn read_model(
-    args: &RenderArgs,
-    path: &Path,
-    asset: Option<&Asset>,
-) -> anyhow::Result<(TriangleMesh, DVec3)> {
-    if args.soup {
-        let owned = path.to_owned();
-        let LoadedTriangles {
-            mut mesh,
-            mut origin,
-            warnings,
-        } = interrupt::unless_stopped(move || mesh_io::read_triangles(&owned))??;
-        for warning in &warnings {
-            output::warn(&format!("{}: {warning}", path.display()));
-        }
-        anyhow::ensure!(
-            !mesh.faces.is_empty(),
-            "{}: it has no faces",
-            path.display()
-        );
-        if let Some(asset) = asset {
-            let shift = origin - asset.placement.in_model;
-            mesh.positions.iter_mut().for_each(|p| *p += shift);
-            origin -= shift;
-        }
-        return Ok((mesh, origin));
-    }
-    let loaded = match asset {
-        Some(asset) => load_model_of(asset, path, args.mending)?,
-        None => load_model(path, args.mending)?,
-    };
-    let origin = loaded.mesh.origin();
-    Ok((loaded.mesh.into_mesh(), origin))
-}
-
-/// The camera about the asset, or without one about the model.
-fn camera(
-    args: &RenderArgs,
-    asset: Option<&Asset>,
-    model: Option<&(TriangleMesh, DVec3)>,
-) -> anyhow::Result<PictureCamera> {
-    let of_model = || model.map(|(mesh, origin)| Scene::of_mesh(*origin, &mesh.bounds()));
-    let scene = (asset.map(Scene::of).or_else(of_model)).context("there is nothing to look at")?;
-    PictureCamera::from_args(&args.camera, &scene)
-}
-
-/// The exact silhouette of the model in the frame's image.
-fn exact_shape(mesh: &TriangleMesh, params: &FrameParams) -> anyhow::Result<ExactShape> {
-    let camera = &params.camera;
-    let edges = silhouette_edges(mesh, camera.eye);
-    let with_outline = params.antialias == Antialias::Soft;
-    Ok(ExactShape::new(mesh, &edges, camera, with_outline)?)
 }
 
 impl From<ModeArg> for Mode {
