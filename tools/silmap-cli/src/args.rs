@@ -10,6 +10,7 @@ mod groups;
 mod looking;
 mod manifest;
 mod meshes;
+mod orbit;
 mod viewing;
 
 use clap::error::ErrorKind;
@@ -28,6 +29,7 @@ pub(crate) use looking::{
 };
 pub(crate) use manifest::{ManifestArgs, Shard};
 pub(crate) use meshes::{BenchArgs, EdgesArgs, ExtractionArg, GenerateArgs, HullArgs, ModelKind};
+pub(crate) use orbit::OrbitArgs;
 pub(crate) use viewing::ViewArgs;
 
 /// A coarse textured hull that wears the outline of the full mesh.

@@ -177,9 +177,16 @@ impl PictureCamera {
     }
 }
 
+impl CameraArgs {
+    /// Columns and rows of the picture, where no camera of a capture says others.
+    pub(crate) fn size_px(&self) -> (u32, u32) {
+        let Size { width, height } = self.size.unwrap_or(USUAL_SIZE);
+        (width, height)
+    }
+}
+
 fn make(args: &CameraArgs, eye: DVec3, scene: &Scene) -> Result<Camera, CameraError> {
-    let Size { width, height } = args.size.unwrap_or(USUAL_SIZE);
-    let size = (width, height);
+    let size = args.size_px();
     let eye = eye - scene.origin;
     let (center, radius) = scene.sphere;
     let target = args.target.map(|target| target - scene.origin);

@@ -7,6 +7,7 @@ mod commands;
 mod driver_chatter;
 mod exit;
 mod files;
+mod frame_names;
 mod interrupt;
 mod machine;
 mod made_capture;
@@ -19,6 +20,7 @@ mod pose_file;
 mod progress;
 mod scene;
 mod strip;
+mod turn;
 mod values;
 
 use std::num::NonZeroUsize;

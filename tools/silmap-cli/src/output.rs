@@ -1,5 +1,7 @@
 //! Output: files that appear whole or not at all, one JSON object on standard output, messages on standard error.
 
+mod staged_file;
+
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -11,6 +13,8 @@ use tempfile::TempPath;
 
 use crate::args::usage_error;
 use crate::interrupt;
+
+pub(crate) use staged_file::StagedFile;
 
 /// A file that will be written at the end of long work, checked before it.
 #[derive(Debug)]

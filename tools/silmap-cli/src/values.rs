@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use silmap_geometry::camera::MAX_SIDE_PX;
+use silmap_report::animation::FrameRate;
 
 /// Columns and rows of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,6 +154,17 @@ pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|&seconds| seconds <= MOST)
         .ok_or_else(|| "a number of seconds above 0 is needed, and below 10⁹".to_owned())
+}
+
+/// Frames per second that browsers show as they are.
+pub(crate) fn parse_rate(text: &str) -> Result<FrameRate, String> {
+    text.parse().ok().and_then(FrameRate::new).ok_or_else(|| {
+        format!(
+            "a number of frames per second from {} to {} is needed",
+            FrameRate::SLOWEST,
+            FrameRate::FASTEST
+        )
+    })
 }
 
 /// A finite number above zero.

@@ -10,7 +10,7 @@ mod common;
 use std::fs;
 use std::io::Read;
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use common::{Ended, SMALL_BUILD, bare, check_one_sentence, fixture, path, run, run_json, scratch};
@@ -223,7 +223,7 @@ fn an_interrupted_build_leaves_nothing() {
     assert_eq!(made.code, 0, "{}", made.err);
     let out = folder.join("out.glb");
     // Far more work than the test waits for.
-    interrupt_after(
+    common::interrupt_after(
         &["build", path(&model), "-o", path(&out), "--views", "20000"],
         Duration::from_millis(2500),
     );
@@ -251,7 +251,7 @@ fn interrupted_applications_leave_nothing() {
     fs::write(&start, r#"{"eye": [0.5, 0.4, 6]}"#).unwrap();
     let (simple, pose) = (folder.join("simple.obj"), folder.join("pose.json"));
     let long = Duration::from_millis(1500);
-    interrupt_after(
+    common::interrupt_after(
         &[
             "simplify",
             path(&model),
@@ -264,51 +264,19 @@ fn interrupted_applications_leave_nothing() {
     );
     // And in the middle of collapsing.
     let few = ["--eye", "0,0,5", "--faces", "100"];
-    interrupt_after(
+    common::interrupt_after(
         &[&["simplify", path(&model), "-o", path(&simple)][..], &few].concat(),
         long,
     );
     // The search of 200,000 faces takes far longer to build.
     let cones = ["--eye", "0,0,5", "--method", "cones"];
-    interrupt_after(&[&["edges", path(&model)][..], &cones].concat(), long);
+    common::interrupt_after(&[&["edges", path(&model)][..], &cones].concat(), long);
     let from = ["--mask", path(&mask), "--start", path(&start)];
-    interrupt_after(
+    common::interrupt_after(
         &[&["align", path(&model), "-o", path(&pose)][..], &from].concat(),
         long,
     );
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 4);
-}
-
-/// Starts the binary, which must still be at work after some time, interrupts it, and asserts that it ends soon and says so.
-#[cfg(unix)]
-fn interrupt_after(arguments: &[&str], wait: Duration) {
-    let mut child = bare()
-        .args(arguments)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(wait);
-    assert!(
-        child.try_wait().unwrap().is_none(),
-        "it ended too early: {arguments:?}"
-    );
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(killed.success());
-    let since = Instant::now();
-    let status = child.wait().unwrap();
-    assert!(since.elapsed() < Duration::from_secs(20), "{arguments:?}");
-    let mut err = String::new();
-    child
-        .stderr
-        .take()
-        .unwrap()
-        .read_to_string(&mut err)
-        .unwrap();
-    assert_eq!(status.code(), Some(130), "{arguments:?}: {err}");
-    assert_eq!(err, "silmap: interrupted\n");
 }
 
 #[test]

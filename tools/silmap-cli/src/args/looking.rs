@@ -7,8 +7,8 @@ use glam::DVec3;
 use silmap_map::ViewContour;
 
 use super::{
-    AssetOfModelArgs, CameraArgs, InterpolationArgs, MaskArgs, MendingArgs, MethodArg, OutputArgs,
-    PoolArgs, TestPictureArgs,
+    AssetOfModelArgs, CameraArgs, InterpolationArgs, MaskArgs, MendingArgs, MethodArg, OrbitArgs,
+    OutputArgs, PoolArgs, TestPictureArgs,
 };
 use crate::values::{Backdrop, parse_backdrop, parse_point, parse_positive};
 
@@ -84,13 +84,15 @@ Examples:
   silmap render bunny.glb --eye -0.2,0.2,0.3 -o bunny.png
   silmap render bunny.glb --eye 0.3,0.2,0.4 --mode difference --model bunny.ply --close-holes -o wrong.png
   silmap render --model bunny.ply --close-holes --eye 0.3,0.2,0.4 --mode edges-fatten --width 3 -o lines.png
-  silmap render squirrel.glb --camera squirrel/cameras.json --view image_9 --photograph beside -o beside.png")]
+  silmap render squirrel.glb --camera squirrel/cameras.json --view image_9 --photograph beside -o beside.png
+  silmap render bunny.glb --eye -0.2,0.2,0.3 --orbit 48 --size 360x360 --quality 75 -o turn.webp
+  silmap render bunny.glb --eye -0.2,0.2,0.3 --orbit 120 -o frames/%04d.png")]
 pub(crate) struct RenderArgs {
     /// The asset; original and edges-* do without
     pub(crate) asset: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
-    /// The picture to write: .png, .jpg or .webp
+    /// The picture to write: .png, .jpg or .webp; with --orbit also a pattern of names
     #[arg(short, long, value_name = "IMG.png")]
     pub(crate) out: PathBuf,
     /// What to draw
@@ -139,6 +141,8 @@ pub(crate) struct RenderArgs {
     pub(crate) soup: bool,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) turn: OrbitArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
 }

@@ -1,6 +1,7 @@
-//! `silmap render`: one picture of an asset, or of a model alone.
+//! `silmap render`: one picture of an asset, or of a model alone; or many, of a turn around it.
 
 mod drawer;
+mod orbit;
 
 use std::path::Path;
 
@@ -145,6 +146,9 @@ fn check_backdrop(args: &RenderArgs, kind: PictureKind) -> anyhow::Result<()> {
 
 pub(crate) fn run(args: &RenderArgs) -> anyhow::Result<()> {
     check_usage(args);
+    if let Some(frames) = args.turn.orbit {
+        return orbit::run(args, frames);
+    }
     let kind = PictureKind::of(&args.out)?;
     check_backdrop(args, kind)?;
     let file = OutputFile::check(&args.out)?;

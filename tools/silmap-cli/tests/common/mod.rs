@@ -102,6 +102,42 @@ pub(crate) fn check_one_sentence(ended: &Ended, what: &str) {
     assert_ne!(file, parts.next(), "{what}: says it twice");
 }
 
+/// Starts the binary, which must still be at work after some time, interrupts it, and asserts that it ends soon and says so.
+#[cfg(unix)]
+pub(crate) fn interrupt_after(arguments: &[&str], wait: std::time::Duration) {
+    use std::io::Read;
+    use std::process::Stdio;
+    use std::time::{Duration, Instant};
+
+    let mut child = bare()
+        .args(arguments)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(wait);
+    assert!(
+        child.try_wait().unwrap().is_none(),
+        "it ended too early: {arguments:?}"
+    );
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let since = Instant::now();
+    let status = child.wait().unwrap();
+    assert!(since.elapsed() < Duration::from_secs(20), "{arguments:?}");
+    let mut err = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut err)
+        .unwrap();
+    assert_eq!(status.code(), Some(130), "{arguments:?}: {err}");
+    assert_eq!(err, "silmap: interrupted\n");
+}
+
 /// An empty folder for one test.
 pub(crate) fn scratch(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
