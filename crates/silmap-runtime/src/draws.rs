@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
+use silmap_curve::block_cache::KeptRef;
+use silmap_curve::cells::CellKey;
 
 use crate::batches::Batches;
-use crate::block_cache::KeptRef;
-use crate::cells::CellKey;
 use crate::view::Rect;
 use crate::{Antialias, ClipBy, RendererOptions};
 

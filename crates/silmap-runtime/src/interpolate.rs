@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use silmap_curve::of_cell::camera_of;
 use silmap_map::MapReader;
 
 use crate::asset::AssetData;
 use crate::polytope_cache::{Aim, PolytopeCache};
-use crate::worker::{HowToMake, Wanted, Worker, camera_of, how_of};
+use crate::worker::{HowToMake, Wanted, Worker, how_of};
 
 /// Fewest outlines that are worth waking a thread for.
 #[cfg(not(target_arch = "wasm32"))]
@@ -75,7 +76,7 @@ impl Maker {
                 let how = how_of(asset, &self.how);
                 // Where no error is allowed, each outline looks from its own.
                 if self.how.error.allowed_px > 0.0
-                    && let Ok(camera) = camera_of(asset, cell)
+                    && let Ok(camera) = camera_of(&map.bounding_sphere(), cell)
                     && let Ok(directions) = reader.directions(map, &camera, how)
                     && directions.len() > 1
                 {

@@ -7,12 +7,7 @@
 //! Source: Gu, Gortler, Hoppe, McMillan, Brown, Stone. Silhouette Mapping. Technical Report TR-1-99, Harvard University, 1999, section 8.
 
 mod asset;
-mod bands;
 mod batches;
-mod block_cache;
-mod blocks;
-mod cells;
-mod curve;
 mod depths;
 mod draws;
 mod facing;
@@ -28,9 +23,7 @@ mod polytope_cache;
 mod renderer;
 pub mod shaders;
 mod textures;
-mod thin;
 mod view;
-mod winding_triangles;
 mod worker;
 
 pub use asset::LoadedAsset;

@@ -5,18 +5,19 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4, Mat4, Vec4Swizzles};
+use silmap_curve::block_cache::{BlockCache, KeptRef};
+use silmap_curve::cells::{Bearing, Cell, CellKey, ReuseError};
+use silmap_curve::curve::{Frame, Texel, points_of};
+use silmap_curve::of_cell::sorting_of;
 use silmap_geometry::Loop;
 
 use crate::asset::AssetData;
-use crate::block_cache::{BlockCache, KeptRef};
-use crate::cells::{Bearing, Cell, CellKey, ReuseError};
-use crate::curve::{Frame, Texel, points_of};
 use crate::draws::{Draw, DrawOrder, Hull, Record, Visible};
 use crate::instance::{Instance, Outline};
 use crate::interpolate::Maker;
 use crate::normals::to_light;
 use crate::view::{Eye, Rect, View};
-use crate::worker::{HowToMake, Wanted, sorting_of};
+use crate::worker::{HowToMake, Wanted};
 use crate::{Paint, PrepareError, RendererOptions};
 
 /// What a frame came to.

@@ -5,10 +5,9 @@
 //! are hardly worse. With a reader that did so for all eyes, `evaluate --where shell` had 0.581 for 0.570 % of the bunny's pixels wrong.
 
 use glam::DVec3;
+use silmap_curve::block_cache::BlockCache;
+use silmap_curve::cells::direction_cell;
 use silmap_map::PolytopeOutline;
-
-use crate::block_cache::BlockCache;
-use crate::cells::direction_cell;
 
 /// No point is farther than this angle from the one that stands for it.
 const REACH: f64 = 0.05;

@@ -4,12 +4,12 @@
 //! Deviations: many instances share draws, outlines outlive frames, and a function of the outline can take the stencil's place.
 
 use glam::DVec2;
+use silmap_curve::curve::Texel;
 use silmap_geometry::Loop;
 use silmap_gpu::wgpu;
 use silmap_map::Asset;
 
 use crate::asset::LoadedAsset;
-use crate::curve::Texel;
 use crate::draws::{Draw, Record};
 use crate::pipelines::{Layouts, Pipelines, RECORD_STRIDE};
 use crate::plan::{FrameStats, Plan};

@@ -4,14 +4,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
-use silmap_geometry::{Camera, CameraError};
+use silmap_curve::cells::{Cell, ReuseError};
+use silmap_curve::curve::{CurveBuilder, Frame, Sorting, Texel};
+use silmap_curve::of_cell::{camera_of, sorting_of};
 use silmap_map::{Interpolation, MapReader, Method, PolytopeOutline};
 
 use crate::ClipBy;
 use crate::asset::AssetData;
-use crate::bands::BandParams;
-use crate::cells::{Cell, ReuseError, SIZE_STEP};
-use crate::curve::{CurveBuilder, Frame, ROOM, Sorting, Texel};
 use crate::polytope_cache::{Aim, PointKey, PolytopeCache};
 
 /// What all outlines are made by.
@@ -55,39 +54,6 @@ pub(crate) struct Worker {
 
 /// The points that the sectors of an outline look from, and what is seen from there.
 pub(crate) type Sources<'a> = (&'a [Aim], &'a PolytopeCache);
-
-/// Pixels beyond the outline that coverage and rounding reach.
-const BEYOND_PX: f64 = 1.5;
-
-/// How far points that are left out may be from the outline, pixels, where it need not be exact.
-const THINNED_PX: f64 = 0.1;
-
-/// How finely a cell's outline is sorted: it may move by as much as the eye does within twice the cell, and pictures may be smaller by
-/// [`SIZE_STEP`] than the largest.
-pub(crate) fn sorting_of(cell: &Cell, error: &ReuseError) -> Sorting {
-    let turn = if error.allowed_px > 0.0 {
-        let twice = ReuseError {
-            allowed_px: 2.0 * error.allowed_px,
-        };
-        twice.reach(cell.radius_px).sin()
-    } else {
-        0.0
-    };
-    let smallest_px = cell.radius_px / SIZE_STEP;
-    Sorting {
-        bands: BandParams::for_size(2.0 * cell.radius_px, turn + BEYOND_PX / smallest_px),
-        tolerance: THINNED_PX.min(0.5 * error.allowed_px) / cell.radius_px,
-        turn,
-    }
-}
-
-/// The camera that an outline is interpolated for.
-pub(crate) fn camera_of(asset: &AssetData, cell: &Cell) -> Result<Camera, CameraError> {
-    let (center, radius) = (asset.map.center, asset.map.radius);
-    let side_px = (2.0 * ROOM * cell.radius_px).ceil() as u32;
-    let eye = cell.middle.eye(center, radius);
-    Camera::fit_sphere(eye, center, radius, None, (side_px, side_px))
-}
 
 /// How it is interpolated.
 pub(crate) fn how_of(asset: &AssetData, how: &HowToMake) -> Interpolation {
@@ -170,7 +136,7 @@ impl Worker {
     ) -> Option<u32> {
         let Wanted { asset, cell, .. } = wanted;
         let map = &asset.map;
-        let camera = camera_of(asset, cell).ok()?;
+        let camera = camera_of(&map.bounding_sphere(), cell).ok()?;
         let interpolation = how_of(asset, how);
         if aims.is_empty() {
             reader.interpolate(map, &camera, interpolation).ok()?;

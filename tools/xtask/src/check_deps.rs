@@ -18,6 +18,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("silmap-geometry", &[]),
     ("silmap-gpu", &[]),
     ("silmap-map", &["silmap-geometry"]),
+    ("silmap-curve", &["silmap-geometry", "silmap-map"]),
     ("silmap-mesh-io", &["silmap-geometry"]),
     ("silmap-hull", &["silmap-geometry"]),
     ("silmap-models", &["silmap-geometry"]),
@@ -34,7 +35,12 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     (
         "silmap-runtime",
-        &["silmap-geometry", "silmap-map", "silmap-gpu"],
+        &[
+            "silmap-geometry",
+            "silmap-map",
+            "silmap-curve",
+            "silmap-gpu",
+        ],
     ),
     (
         "silmap-study",
@@ -149,6 +155,7 @@ struct Arrow {
 const PORTABLE: &[&str] = &[
     "silmap-geometry",
     "silmap-map",
+    "silmap-curve",
     "silmap-gpu",
     "silmap-runtime",
     "silmap-study",

@@ -9,18 +9,37 @@ const NONE: u32 = u32::MAX;
 
 /// Names what is kept, as long as it is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct KeptRef {
+pub struct KeptRef {
     slot: u32,
     generation: u32,
 }
 
+impl KeptRef {
+    /// The name as a number, which is not zero.
+    #[must_use]
+    pub fn to_bits(self) -> u64 {
+        u64::from(self.generation) << 32 | (u64::from(self.slot) + 1)
+    }
+
+    /// The name that a number was made from; `None` for zero. Of any other number something that is kept or is not.
+    #[must_use]
+    pub fn from_bits(bits: u64) -> Option<Self> {
+        let slot = (bits & u64::from(u32::MAX)).checked_sub(1)?;
+        Some(Self {
+            slot: slot as u32,
+            generation: (bits >> 32) as u32,
+        })
+    }
+}
+
 /// Where something lies and what is known of it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kept<K, V> {
+pub struct Kept<K, V> {
     key: K,
-    pub(crate) value: V,
+    /// What is known of it.
+    pub value: V,
     /// Where it begins.
-    pub(crate) start: u32,
+    pub start: u32,
     order: u8,
     generation: u32,
     /// The frame in which it was used last.
@@ -31,7 +50,7 @@ pub(crate) struct Kept<K, V> {
 
 /// All that is kept. Places and lengths are in elements of the memory.
 #[derive(Debug)]
-pub(crate) struct BlockCache<K, V> {
+pub struct BlockCache<K, V> {
     slots: Vec<Kept<K, V>>,
     unused: Vec<u32>,
     by_key: HashMap<K, u32>,
@@ -43,7 +62,8 @@ pub(crate) struct BlockCache<K, V> {
 
 impl<K: Copy + Eq + Hash, V: Copy> BlockCache<K, V> {
     /// With room for so many elements.
-    pub(crate) fn new(room: u32) -> Self {
+    #[must_use]
+    pub fn new(room: u32) -> Self {
         let most = (room / crate::blocks::SMALLEST) as usize;
         Self {
             slots: Vec::with_capacity(most),
@@ -57,41 +77,50 @@ impl<K: Copy + Eq + Hash, V: Copy> BlockCache<K, V> {
     }
 
     /// What is asked for from here on stays for this frame.
-    pub(crate) fn begin_frame(&mut self) {
+    pub fn begin_frame(&mut self) {
         self.frame += 1;
     }
 
     /// How many there are.
-    pub(crate) fn len(&self) -> usize {
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.by_key.len()
     }
 
+    /// Whether there is nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.by_key.is_empty()
+    }
+
     /// What has a key; it stays for this frame.
-    pub(crate) fn find(&mut self, key: &K) -> Option<KeptRef> {
+    pub fn find(&mut self, key: &K) -> Option<KeptRef> {
         let slot = *self.by_key.get(key)?;
         Some(self.touch(slot))
     }
 
     /// What has a key.
-    pub(crate) fn peek(&self, key: &K) -> Option<&Kept<K, V>> {
+    #[must_use]
+    pub fn peek(&self, key: &K) -> Option<&Kept<K, V>> {
         let slot = *self.by_key.get(key)?;
         self.slots.get(slot as usize)
     }
 
     /// What another frame used, if it is kept still; it stays for this frame.
-    pub(crate) fn revive(&mut self, kept: KeptRef) -> Option<KeptRef> {
+    pub fn revive(&mut self, kept: KeptRef) -> Option<KeptRef> {
         let is_kept = self.kept(kept).is_some();
         is_kept.then(|| self.touch(kept.slot))
     }
 
     /// What is kept by this name.
-    pub(crate) fn kept(&self, name: KeptRef) -> Option<&Kept<K, V>> {
-        let kept = &self.slots[name.slot as usize];
+    #[must_use]
+    pub fn kept(&self, name: KeptRef) -> Option<&Kept<K, V>> {
+        let kept = self.slots.get(name.slot as usize)?;
         (kept.generation == name.generation).then_some(kept)
     }
 
     /// Makes room for so many elements; `None` where all that is kept is used in this frame.
-    pub(crate) fn insert(&mut self, key: K, length: u32, value: V) -> Option<KeptRef> {
+    pub fn insert(&mut self, key: K, length: u32, value: V) -> Option<KeptRef> {
         let order = order_for(length);
         let start = loop {
             if let Some(start) = self.blocks.take(order) {

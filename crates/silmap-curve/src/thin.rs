@@ -6,7 +6,7 @@ use glam::DVec3;
 
 /// Buffers.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Thinning {
+pub struct Thinning {
     is_kept: Vec<bool>,
     stack: Vec<(usize, usize)>,
 }
@@ -14,7 +14,7 @@ pub(crate) struct Thinning {
 impl Thinning {
     /// Says of each point of a closed loop whether it stays: those that are left out lie within a tolerance of the lines between those
     /// that stay. Of a loop that is flat, within the tolerance, two stay.
-    pub(crate) fn keep(&mut self, points: &[DVec3], tolerance: f64) -> &[bool] {
+    pub fn keep(&mut self, points: &[DVec3], tolerance: f64) -> &[bool] {
         let count = points.len();
         self.is_kept.clear();
         self.is_kept.resize(count, count <= 3);

@@ -25,19 +25,20 @@ use crate::thin::Thinning;
 use crate::winding_triangles::{NO_EDGE, packed_triangle};
 
 /// Four integers of an outline.
-pub(crate) type Texel = [u32; 4];
+pub type Texel = [u32; 4];
 
 /// Texels before the points.
 const HEADER: usize = 3;
 
 /// Room about the bounding sphere in the picture that an outline is sorted in.
-pub(crate) const ROOM: f64 = 1.02;
+pub const ROOM: f64 = 1.02;
 
 /// The picture of an eye that an outline is sorted in: the bounding sphere fills the square from −1 to 1, nearly. `outline_rows` of
 /// `shaders/outline.wgsl` makes the same for other eyes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame {
-    pub(crate) right: DVec3,
+pub struct Frame {
+    /// Unit direction to the right of the picture.
+    pub right: DVec3,
     forward: DVec3,
     center: DVec3,
     radius: f64,
@@ -46,17 +47,19 @@ pub(crate) struct Frame {
 
 /// How an outline is thinned out and sorted. Lengths are in the picture, in which the sphere has a radius of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sorting {
-    pub(crate) bands: BandParams,
+pub struct Sorting {
+    /// Bands and cells.
+    pub bands: BandParams,
     /// How far points may be from an outline that has fewer.
-    pub(crate) tolerance: f64,
+    pub tolerance: f64,
     /// Sine of the angle by which eyes turn that it serves.
-    pub(crate) turn: f64,
+    pub turn: f64,
 }
 
 impl Frame {
     /// For an eye (with a 1 appended, or a direction with a 0) outside of a sphere.
-    pub(crate) fn new(eye: DVec4, center: DVec3, radius: f64) -> Self {
+    #[must_use]
+    pub fn new(eye: DVec4, center: DVec3, radius: f64) -> Self {
         let (forward, scale, last) = if eye.w == 0.0 {
             (-eye.xyz(), 1.0 / (ROOM * radius), DVec4::W)
         } else {
@@ -86,14 +89,15 @@ impl Frame {
     }
 
     /// Where a point is seen.
-    pub(crate) fn project(&self, point: DVec3) -> DVec2 {
+    #[must_use]
+    pub fn project(&self, point: DVec3) -> DVec2 {
         let [x, y, w] = self.rows.map(|row| row.dot(point.extend(1.0)));
         DVec2::new(x, y) / w
     }
 }
 
 /// The points of an outline that begins with these texels, relative to the hull's origin, and whether an edge begins at each.
-pub(crate) fn points_of(texels: &[Texel]) -> impl Iterator<Item = (DVec3, bool)> + '_ {
+pub fn points_of(texels: &[Texel]) -> impl Iterator<Item = (DVec3, bool)> + '_ {
     let points = texels[HEADER..].iter().take(texels[0][0] as usize);
     points.map(|&[x, y, z, triangle]| {
         let place = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
@@ -103,7 +107,7 @@ pub(crate) fn points_of(texels: &[Texel]) -> impl Iterator<Item = (DVec3, bool)>
 
 /// Builds outlines. Everything is kept between them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct CurveBuilder {
+pub struct CurveBuilder {
     /// In space; loops are not closed by their first point.
     loops: Loops<DVec3>,
     thinning: Thinning,
@@ -118,12 +122,12 @@ pub(crate) struct CurveBuilder {
 
 impl CurveBuilder {
     /// Takes loops.
-    pub(crate) fn assign<'a>(&mut self, loops: impl IntoIterator<Item = &'a [DVec3]>) {
+    pub fn assign<'a>(&mut self, loops: impl IntoIterator<Item = &'a [DVec3]>) {
         self.loops.assign(loops);
     }
 
     /// Takes an outline that a camera sees, which looks at the center of the sphere that holds the object.
-    pub(crate) fn assign_seen(
+    pub fn assign_seen(
         &mut self,
         seen: &SeenLoops,
         camera: &Camera,
@@ -148,7 +152,7 @@ impl CurveBuilder {
 
     /// Appends the texels of the outline to `texels`, its points relative to `origin`; returns the number of its points. `None`
     /// where it has more than can be numbered.
-    pub(crate) fn encode(
+    pub fn encode(
         &mut self,
         frame: &Frame,
         origin: DVec3,
@@ -181,7 +185,7 @@ impl CurveBuilder {
 
     /// Appends the texels that windings need, without bands and cells, which may be too few for what the stencil can count; returns the
     /// number of points.
-    pub(crate) fn encode_windings(
+    pub fn encode_windings(
         &mut self,
         frame: &Frame,
         origin: DVec3,

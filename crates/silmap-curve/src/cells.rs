@@ -30,31 +30,32 @@ const SMALLEST_SIZE: u8 = 4;
 const LARGEST_SIZE: u8 = 26;
 
 /// By how much the sizes of a class differ at most.
-pub(crate) const SIZE_STEP: f64 = std::f64::consts::SQRT_2;
+pub const SIZE_STEP: f64 = std::f64::consts::SQRT_2;
 
 /// Names a cell, or one eye.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct CellKey {
+pub struct CellKey {
     /// Number of the asset.
-    pub(crate) asset: u64,
+    pub asset: u64,
     /// Size on the screen; what power of [`SIZE_STEP`] it is.
-    pub(crate) size: u8,
+    pub size: u8,
     /// Of the cell, or of the eye's coordinates.
-    pub(crate) place: [u64; 4],
+    pub place: [u64; 4],
 }
 
 /// Where an eye is about an object, as far as outlines go.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bearing {
+pub struct Bearing {
     /// Unit direction from the object's middle to the eye.
-    pub(crate) direction: DVec3,
+    pub direction: DVec3,
     /// Angle between the rays to the bounding sphere's rim and to its middle; zero for an eye infinitely far away.
-    pub(crate) rim_angle: f64,
+    pub rim_angle: f64,
 }
 
 impl Bearing {
     /// The bearing of an eye (with a 1 appended, or of a direction, with a 0); `None` within the sphere.
-    pub(crate) fn new(eye: DVec4, center: DVec3, radius: f64) -> Option<Self> {
+    #[must_use]
+    pub fn new(eye: DVec4, center: DVec3, radius: f64) -> Option<Self> {
         if eye.w == 0.0 {
             return Some(Self {
                 direction: eye.xyz(),
@@ -71,13 +72,15 @@ impl Bearing {
     }
 
     /// An eye with this bearing.
-    pub(crate) fn eye(&self, center: DVec3, radius: f64) -> DVec3 {
+    #[must_use]
+    pub fn eye(&self, center: DVec3, radius: f64) -> DVec3 {
         let sine = self.rim_angle.sin().clamp(SMALLEST_SINE, LARGEST_SINE);
         center + self.direction * (radius / sine)
     }
 
     /// By how much rays to the rim turn from one eye to another, at most.
-    pub(crate) fn angle_to(&self, other: &Self) -> f64 {
+    #[must_use]
+    pub fn angle_to(&self, other: &Self) -> f64 {
         let cosine = self.direction.dot(other.direction);
         let sine = self.direction.cross(other.direction).length();
         sine.atan2(cosine) + (self.rim_angle - other.rim_angle).abs()
@@ -90,21 +93,23 @@ const JUMP_REL: f64 = 0.1;
 
 /// What an outline may be off by, in pixels, and what makes it so.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ReuseError {
+pub struct ReuseError {
     /// The largest error allowed.
-    pub(crate) allowed_px: f64,
+    pub allowed_px: f64,
 }
 
 impl ReuseError {
     /// How much an outline may be off when rays have turned by an angle and the sphere's radius is so large.
-    pub(crate) fn bound_px(&self, angle: f64, radius_px: f64) -> f64 {
+    #[must_use]
+    pub fn bound_px(&self, angle: f64, radius_px: f64) -> f64 {
         let sliding = radius_px * (1.0 - angle.cos());
         let opening = JUMP_REL * radius_px * angle.sin();
         sliding.max(opening)
     }
 
     /// The angle at which the bound is reached.
-    pub(crate) fn reach(&self, radius_px: f64) -> f64 {
+    #[must_use]
+    pub fn reach(&self, radius_px: f64) -> f64 {
         let share = self.allowed_px / radius_px;
         let sliding = (1.0 - share).max(-1.0).acos();
         let opening = (share / JUMP_REL).min(1.0).asin();
@@ -114,17 +119,19 @@ impl ReuseError {
 
 /// A cell of eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cell {
-    pub(crate) key: CellKey,
+pub struct Cell {
+    /// Its name.
+    pub key: CellKey,
     /// The eye in its middle.
-    pub(crate) middle: Bearing,
+    pub middle: Bearing,
     /// The largest size of its pictures.
-    pub(crate) radius_px: f64,
+    pub radius_px: f64,
 }
 
 impl Cell {
     /// The cell that an eye is in; at an error of zero a cell of its own.
-    pub(crate) fn of(asset: u64, bearing: Bearing, radius_px: f64, error: &ReuseError) -> Self {
+    #[must_use]
+    pub fn of(asset: u64, bearing: Bearing, radius_px: f64, error: &ReuseError) -> Self {
         let size = size_class(radius_px);
         let radius_px = SIZE_STEP.powi(size.into());
         if error.allowed_px <= 0.0 {
@@ -169,7 +176,8 @@ const LONGEST_HALF_DIAGONAL: f64 = 0.816_496_580_927_726;
 
 /// The face of a cube that a direction passes through, the square of that face, and the direction to that square's middle. Squares
 /// are bounded by planes at equal angles, no more than `radius` from their middle to a corner.
-pub(crate) fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], DVec3) {
+#[must_use]
+pub fn direction_cell(direction: DVec3, radius: f64) -> (u64, [u64; 2], DVec3) {
     let magnitude = direction.abs();
     let axis = if magnitude.x >= magnitude.y && magnitude.x >= magnitude.z {
         0

@@ -8,14 +8,15 @@
 //! `MiddleOutPolygonTriangulator`), as one formula for each point.
 
 /// What stands for the triangle of a point that begins no edge.
-pub(crate) const NO_EDGE: u32 = u32::MAX;
+pub const NO_EDGE: u32 = u32::MAX;
 
 /// Bits of the number of points to the next corner.
 const AFTER_BITS: u32 = 27;
 
 /// The triangle of which point `middle` of a loop of `count` points is the middle, whose first point comes again as number `count`: how
 /// far the corner before it is, a power of two, and the one after it; nothing where that is the loop's first point.
-pub(crate) fn triangle(middle: u32, count: u32) -> (u32, u32) {
+#[must_use]
+pub fn triangle(middle: u32, count: u32) -> (u32, u32) {
     if middle == 0 {
         return (1, 0);
     }
@@ -24,7 +25,8 @@ pub(crate) fn triangle(middle: u32, count: u32) -> (u32, u32) {
 }
 
 /// The same as one number, for `shaders/windings.wgsl`.
-pub(crate) fn packed_triangle(middle: u32, count: u32) -> u32 {
+#[must_use]
+pub fn packed_triangle(middle: u32, count: u32) -> u32 {
     let (before, after) = triangle(middle, count);
     before.trailing_zeros() << AFTER_BITS | after
 }

@@ -22,16 +22,19 @@ const CELL_PX: f64 = 8.0;
 
 /// How finely an outline is sorted. Coordinates go from −1 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BandParams {
-    pub(crate) bands: usize,
-    pub(crate) cells: usize,
+pub struct BandParams {
+    /// How many bands there are.
+    pub bands: usize,
+    /// How many cells there are a side.
+    pub cells: usize,
     /// How far a point may move, and coverage reach.
-    pub(crate) margin: f64,
+    pub margin: f64,
 }
 
 impl BandParams {
     /// For a picture in which the square from −1 to 1 has sides of so many pixels.
-    pub(crate) fn for_size(side_px: f64, margin: f64) -> Self {
+    #[must_use]
+    pub fn for_size(side_px: f64, margin: f64) -> Self {
         let count = |px: f64, most: usize| ((side_px / px).ceil() as usize).clamp(1, most);
         Self {
             bands: count(BAND_PX, MOST_BANDS),
@@ -41,20 +44,22 @@ impl BandParams {
     }
 }
 
-/// State of a cell.
-pub(crate) const OUTSIDE: u8 = 0;
-pub(crate) const INSIDE: u8 = 1;
-pub(crate) const BORDER: u8 = 2;
+/// State of a cell that the outline does not wind about.
+pub const OUTSIDE: u8 = 0;
+/// Of one that it winds about.
+pub const INSIDE: u8 = 1;
+/// Of one that an edge comes near.
+pub const BORDER: u8 = 2;
 
 /// A sorted outline, and buffers.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Bands {
+pub struct Bands {
     /// Where each band's edges begin in `edges`, and where the last ends.
-    pub(crate) starts: Vec<u16>,
+    pub starts: Vec<u16>,
     /// Edges, band by band, by the number of their first point.
-    pub(crate) edges: Vec<u16>,
+    pub edges: Vec<u16>,
     /// State of each cell, row by row from y = −1 up.
-    pub(crate) cells: Vec<u8>,
+    pub cells: Vec<u8>,
     /// Of the cells of one row: by how much the windings change.
     changes: Vec<i32>,
 }
@@ -71,7 +76,7 @@ fn touched(least: f64, most: f64, count: usize) -> RangeInclusive<usize> {
 impl Bands {
     /// Sorts the edges from each of `points` to the next; `is_edge` says which there are. False where there are more than can be
     /// numbered.
-    pub(crate) fn sort(&mut self, points: &[DVec2], is_edge: &[bool], params: &BandParams) -> bool {
+    pub fn sort(&mut self, points: &[DVec2], is_edge: &[bool], params: &BandParams) -> bool {
         let numbered = || {
             let edges = points.windows(2).zip(is_edge).enumerate();
             edges.filter(|(_, (_, is_edge))| **is_edge)
