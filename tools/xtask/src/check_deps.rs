@@ -125,6 +125,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["silmap-geometry", "silmap-map", "silmap-runtime"],
     ),
     ("example-embed", &["silmap-map", "silmap-runtime"]),
+    ("silmap-outlines", &["silmap-map", "silmap-curve"]),
     (
         "example-web",
         &["silmap-geometry", "silmap-map", "silmap-runtime"],
@@ -156,6 +157,7 @@ const PORTABLE: &[&str] = &[
     "silmap-geometry",
     "silmap-map",
     "silmap-curve",
+    "silmap-outlines",
     "silmap-gpu",
     "silmap-runtime",
     "silmap-study",

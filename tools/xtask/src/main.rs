@@ -1,5 +1,6 @@
 //! Development tasks: `cargo xtask check-deps` checks the dependencies of crates and modules, `cargo xtask bless` accepts what a test
-//! produced as its new reference, `cargo xtask web` builds the example that is a web page.
+//! produced as its new reference, `cargo xtask web` builds the example that is a web page, `cargo xtask three` the module of the package
+//! for three.js.
 
 mod bless;
 mod check_deps;
@@ -18,6 +19,8 @@ usage: cargo xtask TASK
   bless NAME...    accepts what the tests produced for them (`bless --all` for every one)
   web DIR [--release]
                    builds examples/web as a folder for a web server
+  three [--release]
+                   builds the outlines of tools/web/silmap-three
 ";
 
 fn main() -> ExitCode {
@@ -25,10 +28,12 @@ fn main() -> ExitCode {
     let outcome = match arguments.split_first() {
         Some((task, [])) if task == "check-deps" => check_deps::run(&repository_root()),
         Some((task, names)) if task == "bless" => bless::run(&repository_root(), names),
-        Some((task, [folder])) if task == "web" => web::run(&repository_root(), folder, false),
+        Some((task, [folder])) if task == "web" => build_page(folder, false),
         Some((task, [folder, release])) if task == "web" && release == "--release" => {
-            web::run(&repository_root(), folder, true)
+            build_page(folder, true)
         }
+        Some((task, [])) if task == "three" => build_three(false),
+        Some((task, [release])) if task == "three" && release == "--release" => build_three(true),
         _ => {
             say_to(&mut std::io::stderr(), USAGE);
             return ExitCode::from(2);
@@ -44,6 +49,17 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn build_page(folder: &str, is_release: bool) -> anyhow::Result<String> {
+    let folder = PathBuf::from(folder);
+    web::run(&repository_root(), web::Module::Page, &folder, is_release)
+}
+
+fn build_three(is_release: bool) -> anyhow::Result<String> {
+    let root = repository_root();
+    let folder = root.join("tools/web/silmap-three/dist");
+    web::run(&root, web::Module::Three, &folder, is_release)
 }
 
 /// Prints; a closed stream has no reader, which is not a failure.

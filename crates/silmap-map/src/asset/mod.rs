@@ -52,7 +52,7 @@ pub use map_bytes::depth_steps_per_radius;
 pub use order::{CapturedErrors, CollapseOrder, CollapseStep};
 pub use placement::Placement;
 pub use quantise::quantise;
-pub use read::{model_name, read, read_with, sizes, sizes_with};
+pub use read::{model_name, read, read_map, read_with, sizes, sizes_with};
 pub use rounding::POINT_STEPS_PER_PX;
 pub use same_hull::{HullDifference, SAME_HULL_SHARE, Triangles};
 

@@ -20,6 +20,7 @@ use super::{
     TextureView,
 };
 use super::{container, order, paint, placement, relief, silhouettes};
+use crate::SilhouetteMap;
 
 /// The asset in the bytes of a `.glb` file, or of a `.gltf` file that holds its own data.
 ///
@@ -38,6 +39,14 @@ pub fn read(file: &[u8]) -> Result<Asset, AssetError> {
 /// As [`read`].
 pub fn read_with(file: &[u8], beside: Beside<'_>) -> Result<Asset, AssetError> {
     Contents::open(file, beside)?.asset()
+}
+
+/// The silhouette map alone, for a program that draws the rest by other means. The checksum is over the rest too.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_map(file: &[u8], beside: Beside<'_>) -> Result<SilhouetteMap, AssetError> {
+    Contents::open(file, beside)?.map()
 }
 
 /// How the bytes of a `.glb` file divide.
@@ -245,11 +254,32 @@ impl<'a> Contents<'a> {
         }
     }
 
+    fn map(&self) -> Result<SilhouetteMap, AssetError> {
+        let map = &self.extension.map;
+        let header = MapHeader {
+            center: map.center.into(),
+            radius: map.radius,
+            resolution_px: map.resolution,
+            tolerance_px: map.tolerance,
+            coverage: map.coverage.into(),
+        };
+        let photographed = map.photographed.as_deref();
+        let bytes = MapBytes {
+            version: self.version,
+            silhouettes: self.data().view(map.silhouettes_view)?.into(),
+            levels: (self.data().view_if_there(map.levels_view)?).map(Into::into),
+        };
+        let mut map = bytes.decode(&header)?;
+        if let Some(shares) = photographed {
+            silhouettes::set_photographed(&mut map, shares)?;
+        }
+        Ok(map)
+    }
+
     pub(super) fn asset(&self) -> Result<Asset, AssetError> {
         let Extension {
             model,
             build,
-            map,
             hull: hull_part,
             textures,
             ..
@@ -292,23 +322,7 @@ impl<'a> Contents<'a> {
             None => None,
         };
 
-        let header = MapHeader {
-            center: map.center.into(),
-            radius: map.radius,
-            resolution_px: map.resolution,
-            tolerance_px: map.tolerance,
-            coverage: map.coverage.into(),
-        };
-        let photographed = map.photographed.as_deref();
-        let bytes = MapBytes {
-            version: self.version,
-            silhouettes: self.data().view(map.silhouettes_view)?.into(),
-            levels: (self.data().view_if_there(map.levels_view)?).map(Into::into),
-        };
-        let mut map = bytes.decode(&header)?;
-        if let Some(shares) = photographed {
-            silhouettes::set_photographed(&mut map, shares)?;
-        }
+        let map = self.map()?;
         let uniform_curve = match self.data().view_if_there(build.uniform_curve_view)? {
             Some(bytes) => paint::decode_curve(bytes)?,
             None => Vec::new(),
