@@ -1,0 +1,120 @@
+// Tells GLTFLoader of the extension: what is clipped then, and what is not because something is amiss.
+import { MeshStandardMaterial, Vector4 } from 'three';
+import { SilmapMesh } from './mesh.js';
+import { Outlines } from './outlines.js';
+
+export const NAME = 'SILMAP_silhouette_map';
+const TRACE = 'silmap';
+const GLB = 'KHR_binary_glTF';
+const HEADER = 12;
+const CHUNK_HEADER = 8;
+const JSON_CHUNK = 0x4e4f534a;
+const BINARY_CHUNK = 0x004e4942;
+
+/** The file that the loader has taken apart, put together again. */
+function binaryFile(text, body) {
+  const json = new TextEncoder().encode(text);
+  const pad = (n) => (n + 3) & ~3;
+  const length = HEADER + CHUNK_HEADER + pad(json.length) + (body ? CHUNK_HEADER + pad(body.byteLength) : 0);
+  const bytes = new Uint8Array(length);
+  const view = new DataView(bytes.buffer);
+  bytes.set([0x67, 0x6c, 0x54, 0x46]);
+  view.setUint32(4, 2, true);
+  view.setUint32(8, length, true);
+  view.setUint32(HEADER, pad(json.length), true);
+  view.setUint32(HEADER + 4, JSON_CHUNK, true);
+  bytes.fill(0x20, HEADER + CHUNK_HEADER, HEADER + CHUNK_HEADER + pad(json.length));
+  bytes.set(json, HEADER + CHUNK_HEADER);
+  if (body) {
+    const at = HEADER + CHUNK_HEADER + pad(json.length);
+    view.setUint32(at, pad(body.byteLength), true);
+    view.setUint32(at + 4, BINARY_CHUNK, true);
+    bytes.set(new Uint8Array(body), at + CHUNK_HEADER);
+  }
+  return bytes;
+}
+
+/** The files beside a document that it names, but for those in data URIs. */
+async function filesBeside(parser) {
+  const { json, fileLoader, options } = parser;
+  const uris = [...(json.buffers ?? []), ...(json.images ?? [])].map(({ uri }) => uri);
+  const names = [...new Set(uris.filter((uri) => uri && !uri.startsWith('data:')))];
+  const load = async (name) => new Uint8Array(await fileLoader.loadAsync(new URL(name, new URL(options.path, location.href)).href));
+  return { names, files: await Promise.all(names.map(load)) };
+}
+
+/** What moves and scales vertices to the map's coordinates: something where positions were quantised, and their node moves them back. */
+function fromMesh(geometry, accessor) {
+  const { position } = geometry.attributes;
+  const identity = new Vector4(0, 0, 0, 1);
+  if (position.array instanceof Float32Array || !accessor?.min || !accessor.max) return identity;
+  geometry.computeBoundingBox();
+  const { min, max } = geometry.boundingBox;
+  const [low, high] = [accessor.min, accessor.max];
+  const axis = [0, 1, 2].reduce((most, k) => (high[k] - low[k] > high[most] - low[most] ? k : most), 0);
+  const scale = (high[axis] - low[axis]) / (max.getComponent(axis) - min.getComponent(axis));
+  return new Vector4(low[0] - scale * min.x, low[1] - scale * min.y, low[2] - scale * min.z, scale);
+}
+
+/** The material with light and shadow where the file's own has none: an asset's is unlit. */
+async function litMaterial(parser, material) {
+  const lit = new MeshStandardMaterial({ name: material.name, map: material.map, roughness: 1, metalness: 0 });
+  const at = parser.associations.get(material)?.materials ?? 0;
+  const normals = parser.json.materials?.[at]?.normalTexture;
+  if (normals) await parser.assignTexture(lit, 'normalMap', normals);
+  return lit;
+}
+
+/**
+ * The plugin: `new GLTFLoader().register((parser) => new SilmapExtension(parser))`. Meshes of an asset become `SilmapMesh`. Where the
+ * extension is not there the file is like any other; where it is damaged, or outlines cannot be made, the plain hull shows.
+ */
+export class SilmapExtension {
+  constructor(parser, options = {}) {
+    this.name = NAME;
+    this.parser = parser;
+    this.options = options;
+  }
+
+  async afterRoot(result) {
+    const { parser, options } = this;
+    const extension = parser.json.extensions?.[NAME];
+    if (!extension) return;
+    try {
+      const glb = parser.extensions[GLB];
+      const text = glb?.content ?? JSON.stringify(parser.json);
+      const file = glb ? binaryFile(text, glb.body) : new TextEncoder().encode(text);
+      const outlines = await Outlines.read({ file, ...(await filesBeside(parser)) }, options);
+      const accessor = parser.json.accessors?.[extension.hull?.positionsAccessor];
+      const hulls = [];
+      for (const scene of result.scenes) scene.traverse((object) => this.#isHull(object) && hulls.push(object));
+      for (const hull of hulls) {
+        const material = options.lit ? await litMaterial(parser, hull.material) : hull.material;
+        this.#replace(hull, new SilmapMesh(hull.geometry, material, outlines, fromMesh(hull.geometry, accessor)));
+      }
+      result.userData.silmap = outlines;
+    } catch (error) {
+      console.warn(`silmap-three: the plain hull is shown, for its outlines cannot be used: ${error.message}`);
+    }
+  }
+
+  #isHull(object) {
+    return object.isMesh && !object.isSkinnedMesh
+      && (object.userData[TRACE] === NAME || this.parser.associations.get(object)?.meshes === 0);
+  }
+
+  #replace(hull, mesh) {
+    const { parent, children, name, userData, visible } = hull;
+    Object.assign(mesh, { name, userData, visible, matrixAutoUpdate: hull.matrixAutoUpdate });
+    mesh.position.copy(hull.position);
+    mesh.quaternion.copy(hull.quaternion);
+    mesh.scale.copy(hull.scale);
+    mesh.matrix.copy(hull.matrix);
+    for (const child of [...children]) mesh.add(child);
+    parent.children[parent.children.indexOf(hull)] = mesh;
+    mesh.parent = parent;
+    hull.parent = null;
+    const association = this.parser.associations.get(hull);
+    if (association) this.parser.associations.set(mesh, association);
+  }
+}
