@@ -2,7 +2,7 @@
 //
 // The layout of outlines is that of `silmap-curve` (curve.rs); the functions are those of `outline.wgsl` of `silmap-runtime`.
 
-/** Texels of a row of the texture that holds outlines. */
+/** Texels of a row of the textures that hold outlines, and records of instances. */
 export const ROW = 1024;
 
 const READ = /* glsl */ `
@@ -31,8 +31,9 @@ flat varying highp ivec2 silmapRange;
 // The picture of an eye in which the sphere fills the square from -1 to 1, and the vertex in it.
 const VERTEX = /* glsl */ `
 #ifdef USE_INSTANCING
-vec4 silmapEye = texelFetch(silmapRecords, ivec2(0, gl_InstanceID), 0);
-vec2 silmapOutline = texelFetch(silmapRecords, ivec2(1, gl_InstanceID), 0).xy;
+ivec2 silmapAt = ivec2((2 * gl_InstanceID) & ${ROW - 1}, (2 * gl_InstanceID) / ${ROW});
+vec4 silmapEye = texelFetch(silmapRecords, silmapAt, 0);
+vec2 silmapOutline = texelFetch(silmapRecords, silmapAt + ivec2(1, 0), 0).xy;
 #endif
 silmapRange = ivec2(silmapOutline);
 if (silmapRange.y > 0) {

@@ -23,7 +23,8 @@ function recordOf(isInstanced) {
     return [ofMesh(uniform(new Vector4()), 'silmapEye'), ivec2(ofMesh(uniform(new Vector2()), 'silmapOutline'))];
   }
   const records = ofMesh(texture(new DataTexture(new Float32Array(8), 2, 1, RGBAFormat, FloatType)), 'silmapRecords');
-  const at = (column) => records.load(ivec2(int(column), int(instanceIndex)));
+  const first = int(instanceIndex).mul(int(2));
+  const at = (next) => records.load(ivec2(first.mod(int(ROW)).add(int(next)), first.div(int(ROW))));
   return [at(0), ivec2(at(1).xy)];
 }
 

@@ -1,5 +1,5 @@
 // Tells GLTFLoader of the extension: what is clipped then, and what is not because something is amiss.
-import { MeshStandardMaterial, Vector4 } from 'three';
+import { LoaderUtils, MeshStandardMaterial, Vector4 } from 'three';
 import { SilmapMesh } from './mesh.js';
 import { Outlines } from './outlines.js';
 
@@ -34,13 +34,28 @@ function binaryFile(text, body) {
   return bytes;
 }
 
-/** The files beside a document that it names, but for those in data URIs. */
-async function filesBeside(parser) {
-  const { json, fileLoader, options } = parser;
-  const uris = [...(json.buffers ?? []), ...(json.images ?? [])].map(({ uri }) => uri);
-  const names = [...new Set(uris.filter((uri) => uri && !uri.startsWith('data:')))];
-  const load = async (name) => new Uint8Array(await fileLoader.loadAsync(new URL(name, new URL(options.path, location.href)).href));
-  return { names, files: await Promise.all(names.map(load)) };
+/** The bytes of what is named beside a document. */
+async function loadBeside({ fileLoader, options }, name) {
+  return new Uint8Array(await fileLoader.loadAsync(LoaderUtils.resolveURL(name, options.path)));
+}
+
+function base64(bytes) {
+  let text = '';
+  for (let at = 0; at < bytes.length; at += 8192) text += String.fromCharCode(...bytes.subarray(at, at + 8192));
+  return btoa(text);
+}
+
+/** The file, and the buffers that it names; pictures beside it are put into it. */
+async function readFile(parser) {
+  const { json } = parser;
+  const isBeside = ({ uri }) => uri !== undefined && !uri.startsWith('data:');
+  const names = [...new Set((json.buffers ?? []).filter(isBeside).map(({ uri }) => uri))];
+  const files = await Promise.all(names.map((name) => loadBeside(parser, name)));
+  const glb = parser.extensions[GLB];
+  if (glb && !json.images?.some(isBeside)) return { file: binaryFile(glb.content, glb.body), names, files };
+  const embed = async (image) => isBeside(image) ? { ...image, uri: `data:;base64,${base64(await loadBeside(parser, image.uri))}` } : image;
+  const text = JSON.stringify({ ...JSON.parse(glb?.content ?? JSON.stringify(json)), images: await Promise.all((json.images ?? []).map(embed)) });
+  return { file: glb ? binaryFile(text, glb.body) : new TextEncoder().encode(text), names, files };
 }
 
 /** What moves and scales vertices to the map's coordinates: something where positions were quantised, and their node moves them back. */
@@ -81,10 +96,7 @@ export class SilmapExtension {
     const extension = parser.json.extensions?.[NAME];
     if (!extension) return;
     try {
-      const glb = parser.extensions[GLB];
-      const text = glb?.content ?? JSON.stringify(parser.json);
-      const file = glb ? binaryFile(text, glb.body) : new TextEncoder().encode(text);
-      const outlines = await Outlines.read({ file, ...(await filesBeside(parser)) }, options);
+      const outlines = await Outlines.read(await readFile(parser), options);
       const accessor = parser.json.accessors?.[extension.hull?.positionsAccessor];
       const hulls = [];
       for (const scene of result.scenes) scene.traverse((object) => this.#isHull(object) && hulls.push(object));

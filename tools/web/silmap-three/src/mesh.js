@@ -1,9 +1,9 @@
 // What the scene holds: a mesh, or many instances of one, each clipped to the outline that the camera at hand sees.
 import {
-  CustomBlending, DataTexture, FloatType, Frustum, InstancedMesh, Matrix4, Mesh, MeshDepthMaterial, MeshDistanceMaterial, NearestFilter,
+  BufferGeometry, CustomBlending, DataTexture, FloatType, Frustum, InstancedMesh, Matrix4, Mesh, MeshDepthMaterial, MeshDistanceMaterial, NearestFilter,
   NormalBlending, OneFactor, RGBAFormat, Sphere, Vector2, Vector3, Vector4, ZeroFactor,
 } from 'three';
-import { clipByGlsl } from './clip-glsl.js';
+import { ROW, clipByGlsl } from './clip-glsl.js';
 import { EYE, RECORD } from './outlines.js';
 
 const objectFromMap = new Matrix4();
@@ -15,6 +15,16 @@ const middle = new Vector3();
 const size = new Vector2();
 const frustum = new Frustum();
 const sphere = new Sphere();
+
+/** A geometry of the same arrays, without tangents: WebGPURenderer does not turn these as it does an instance. */
+function withoutTangents(geometry) {
+  const copy = new BufferGeometry().setIndex(geometry.index);
+  for (const [name, attribute] of Object.entries(geometry.attributes)) {
+    if (name !== 'tangent') copy.setAttribute(name, attribute);
+  }
+  copy.boundingSphere = geometry.boundingSphere;
+  return copy;
+}
 
 /** Adds the nodes by which WebGPURenderer clips; `silmap-three/webgpu` sets it. */
 let addNodes = null;
@@ -74,8 +84,7 @@ const Clipped = (Base) => class extends Base {
       silmapSoft: { value: 0 },
     };
     if (this.isInstancedMesh) {
-      const { records } = this;
-      uniforms.silmapRecords = { value: records };
+      uniforms.silmapRecords = { value: null };
     } else {
       uniforms.silmapEye = { value: new Vector4() };
       uniforms.silmapOutline = { value: new Vector2() };
@@ -174,17 +183,16 @@ export class SilmapMesh extends Clipped(Mesh) {
 /** Many instances of a hull, each inside of its own outline. */
 export class SilmapInstancedMesh extends Clipped(InstancedMesh) {
   #eyes;
+  #records = new WeakMap();
+  #textures = new Set();
   #matrix = new Matrix4();
   #world = new Matrix4();
 
   /** Of a mesh that was loaded; its outlines are shared. */
   constructor(mesh, count) {
-    super(mesh.geometry, mesh.plainMaterial, count);
+    super(addNodes ? withoutTangents(mesh.geometry) : mesh.geometry, mesh.plainMaterial, count);
     this.isSilmapInstancedMesh = true;
     this.#eyes = new Float64Array(EYE * count);
-    const records = new DataTexture(new Float32Array(RECORD * count), RECORD / 4, count, RGBAFormat, FloatType);
-    records.minFilter = records.magFilter = NearestFilter;
-    this.records = records;
     this.initialise(mesh.outlines, mesh.plainMaterial, mesh.fromMesh);
     // Instances roam; those out of the picture get no outlines.
     this.frustumCulled = false;
@@ -192,8 +200,23 @@ export class SilmapInstancedMesh extends Clipped(InstancedMesh) {
     this.receiveShadow = mesh.receiveShadow;
   }
 
+  /** What shaders read of each instance: of each camera its own, as WebGPU draws nothing before all is written. */
+  #recordsOf(camera) {
+    let records = this.#records.get(camera);
+    if (!records) {
+      const rows = Math.ceil((this.instanceMatrix.count * RECORD) / (4 * ROW));
+      records = new DataTexture(new Float32Array(4 * ROW * rows), ROW, rows, RGBAFormat, FloatType);
+      records.minFilter = records.magFilter = NearestFilter;
+      this.#records.set(camera, records);
+      this.#textures.add(records);
+    }
+    return records;
+  }
+
   updateOutlines(renderer, camera, isSoft) {
-    const { outlines, records, count, geometry } = this;
+    const { outlines, count, geometry } = this;
+    const records = this.#recordsOf(camera);
+    this.clipUniforms.silmapRecords.value = records;
     const eyes = this.#eyes;
     const heightPx = heightOf(renderer);
     if (geometry.boundingSphere === null) geometry.computeBoundingSphere();
@@ -219,6 +242,7 @@ export class SilmapInstancedMesh extends Clipped(InstancedMesh) {
 
   dispose() {
     super.dispose();
-    this.records.dispose();
+    for (const texture of this.#textures) texture.dispose();
+    return this;
   }
 }

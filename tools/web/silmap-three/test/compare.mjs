@@ -11,7 +11,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 import { PNG } from 'pngjs';
-import { openBrowser, serve } from './browser.mjs';
+import { serve } from '../serve.mjs';
+import { openBrowser } from './browser.mjs';
 import { compare } from './pictures.mjs';
 
 const SIZE = 384;

@@ -1,9 +1,11 @@
 // What a test draws: `compare.mjs` calls these functions in the browser.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { PLYLoader } from 'three/addons/loaders/PLYLoader.js';
 
 const parameters = new URLSearchParams(location.search);
 const isGpu = parameters.get('renderer') === 'webgpu';
+if (parameters.has('no-worker')) delete globalThis.Worker;
 const silmap = await import(isGpu ? 'silmap-three/webgpu' : 'silmap-three');
 
 const warnings = [];
@@ -48,18 +50,27 @@ let scene;
 const models = new Map();
 
 /** Draws a model from an eye and returns the pixels, top row first, as base64. */
-async function draw({ file, size, eye, target, fov, options = {}, antialias = false, orthographic }) {
+async function draw({ file, size, eye, target, fov, far = 1000, options = {}, antialias = false, orthographic, moved }) {
   renderer ??= await makeRenderer(size, { antialias });
+  renderer.toneMapping = THREE.NoToneMapping;
   const key = JSON.stringify([file, options]);
   if (!models.has(key)) models.set(key, await load(file, options));
   const gltf = models.get(key);
   scene = new THREE.Scene();
-  scene.add(gltf.scene);
+  // What is in it may be anywhere, as long as the camera is there too.
+  const place = new THREE.Group();
+  if (moved) {
+    place.rotation.set(0.7, -1.9, 0.4);
+    place.scale.setScalar(2.5);
+    place.position.set(3, -1, 8);
+  }
+  scene.add(place.add(gltf.scene));
   const camera = orthographic
     ? new THREE.OrthographicCamera(-orthographic, orthographic, orthographic, -orthographic, 0.001, 1000)
-    : new THREE.PerspectiveCamera(fov, 1, 0.001, 1000);
+    : new THREE.PerspectiveCamera(fov, 1, far === 1000 ? 0.001 : 1, far);
   camera.position.fromArray(eye);
   camera.lookAt(...target);
+  place.add(camera);
   // Once for the outlines, once with them.
   renderer.render(scene, camera);
   await gltf.userData?.silmap?.settled();
@@ -97,9 +108,12 @@ const plainMaterial = (color) => new THREE.MeshStandardMaterial({ color, roughne
 
 /**
  * Draws a scene with a ground, a light that casts shadows, fog and tone mapping. `what` says what stands there: `mesh` (copies of the
- * clipped hull), `instanced` (the same in one mesh) or `plain` (hulls as they are).
+ * clipped hull), `instanced` (the same in one mesh), `plain` (hulls as they are) or `full` (full meshes); with `shadowOnly` nothing but their
+ * shadows shows.
  */
-async function drawScene({ file, size, what, count = 9, antialias = false, fog = true, shadows = true, light = 'directional', lit = true, eye }) {
+async function drawScene({
+  file, size, what, count = 9, antialias = false, fog = true, shadows = true, light = 'directional', lit = true, eye, shadowOnly = false,
+}) {
   renderer ??= await makeRenderer(size, { antialias });
   renderer.shadowMap.enabled = shadows;
   renderer.toneMapping = THREE.ACESFilmicToneMapping;
@@ -143,9 +157,12 @@ async function drawScene({ file, size, what, count = 9, antialias = false, fog =
     matrices.forEach((matrix, k) => many.setMatrixAt(k, matrix));
     scene.add(many);
   } else {
+    const full = what === 'full' && new THREE.Mesh(await new PLYLoader().loadAsync('/model.ply'), plainMaterial(0xc0bcb0));
+    if (full) full.geometry.computeVertexNormals();
     for (const matrix of matrices) {
-      const one = hull.clone();
+      const one = (full || hull).clone();
       if (what === 'plain' && lit) one.material = plainMaterial(0xc0bcb0);
+      if (shadowOnly) Object.assign(one.material, { colorWrite: false, depthWrite: false });
       one.castShadow = one.receiveShadow = true;
       one.matrixAutoUpdate = false;
       one.matrix.copy(matrix);

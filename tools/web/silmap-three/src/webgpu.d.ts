@@ -1,0 +1,2 @@
+// Types of `silmap-three/webgpu`.
+export * from './index.js';
