@@ -97,6 +97,8 @@ export async function loadModel() {
   if (!loaders[kind]) throw new Error('the full mesh may be .ply, .obj or .glb');
   const loaded = await new (await loaders[kind]())().loadAsync(url);
   if (loaded.isBufferGeometry) {
+    // Devices have no numbers of double precision.
+    for (const attribute of Object.values(loaded.attributes)) attribute.array = Float32Array.from(attribute.array);
     if (!loaded.attributes.normal) loaded.computeVertexNormals();
     if (loaded.attributes.color) Object.assign(material, { vertexColors: true, color: new THREE.Color(1, 1, 1) });
     return new THREE.Mesh(loaded, material);

@@ -114,10 +114,14 @@ float silmapShare() {
   int last = silmapHalf(begins.x, band + 1);
   int winding = 0;
   float nearest = 1e30;
+  int before = -2;
+  highp vec2 b = vec2(0.0);
   for (int k = silmapHalf(begins.x, band); k < last; k++) {
     int edge = silmapHalf(begins.y, k);
-    highp vec2 a = silmapSeenAt(edge) - place;
-    highp vec2 b = silmapSeenAt(edge + 1) - place;
+    // Most edges begin where the one before ends.
+    highp vec2 a = edge == before + 1 ? b : silmapSeenAt(edge) - place;
+    b = silmapSeenAt(edge + 1) - place;
+    before = edge;
     winding += silmapTurn(a, b);
     if (silmapSoft > 0.5) {
       vec2 p = vec2(dot(a, pixelX), dot(a, pixelY));

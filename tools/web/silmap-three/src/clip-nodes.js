@@ -108,10 +108,17 @@ function shareNode(isInstanced) {
           const last = halfOf(bands, band.add(1)).toVar();
           const winding = int(0).toVar();
           const nearest = float(1e30).toVar();
+          const before = int(-2).toVar();
+          const b = vec2(0, 0).toVar();
           Loop({ start: first, end: last, type: 'int', condition: '<' }, ({ i }) => {
             const edge = halfOf(edges, i).toVar();
-            const a = seenAt(edge).sub(place).toVar();
-            const b = seenAt(edge.add(1)).sub(place).toVar();
+            // Most edges begin where the one before ends.
+            const a = b.toVar();
+            If(edge.notEqual(before.add(1)), () => {
+              a.assign(seenAt(edge).sub(place));
+            });
+            b.assign(seenAt(edge.add(1)).sub(place));
+            before.assign(edge);
             winding.addAssign(turnOf(a, b));
             const p = vec2(dot(a, pixelX), dot(a, pixelY)).toVar();
             const way = vec2(dot(b, pixelX), dot(b, pixelY)).sub(p).toVar();

@@ -56,7 +56,7 @@ async function check(name, test) {
     console.log(`${name}: ${(await test()) ?? 'right'}`);
   } catch (error) {
     faults += 1;
-    console.error(`${name}: ${error.message}`);
+    console.error(`${name}: ${error.message.slice(0, 400)}`);
   }
 }
 

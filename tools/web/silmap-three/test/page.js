@@ -139,7 +139,8 @@ async function drawScene({
   scene.add(lamp);
   const ground = new THREE.Mesh(new THREE.PlaneGeometry(60 * radius, 60 * radius), plainMaterial(0x8a8f70));
   ground.rotation.x = -Math.PI / 2;
-  ground.position.y = -0.95 * radius;
+  // With nothing but shadows there is room between the ground and the hull, which may reach below the model.
+  ground.position.y = (shadowOnly ? -1.5 : -0.95) * radius;
   ground.receiveShadow = true;
   scene.add(ground);
   const matrices = Array.from({ length: count }, (_, k) => {
@@ -158,7 +159,11 @@ async function drawScene({
     scene.add(many);
   } else {
     const full = what === 'full' && new THREE.Mesh(await new PLYLoader().loadAsync('/model.ply'), plainMaterial(0xc0bcb0));
-    if (full) full.geometry.computeVertexNormals();
+    if (full) {
+      // Devices have no numbers of double precision.
+      full.geometry.attributes.position.array = Float32Array.from(full.geometry.attributes.position.array);
+      full.geometry.computeVertexNormals();
+    }
     for (const matrix of matrices) {
       const one = (full || hull).clone();
       if (what === 'plain' && lit) one.material = plainMaterial(0xc0bcb0);
