@@ -18,9 +18,12 @@ import { compare } from './pictures.mjs';
 const SIZE = 384;
 const FOV = 45;
 const TURN_DEGREES = 1;
-// Shares of the pixels at edges that may be off, and of those covered that may be off without an edge beside them.
+// Shares of the pixels at edges that may be off, and that may be off as no neighbour explains: of spikes narrower than a pixel each adapter
+// draws other pixels, up to 0.2 % were seen. Inside, samplers round differently where texels do: up to 6 pixels in 49,012 were, by 11 steps
+// at most.
 const OFF_AT_MOST = 0.02;
-const INSIDE_AT_MOST = 0.0005;
+const UNEXPLAINED_AT_MOST = 0.003;
+const INSIDE_AT_MOST = 0.0003;
 
 let parsed;
 try {
@@ -55,8 +58,8 @@ function turned([x, y, z], [cx, , cz], degrees) {
   return [cx + (x - cx) * cosine + (z - cz) * sine, y, cz + (z - cz) * cosine - (x - cx) * sine];
 }
 
-const isRight = ({ edges, off, inside, covered }) => covered > 500 && off <= OFF_AT_MOST * edges + INSIDE_AT_MOST * covered
-  && inside <= INSIDE_AT_MOST * covered;
+const isRight = ({ edges, off, unexplained, inside, covered }) => covered > 500 && off - inside <= OFF_AT_MOST * edges
+  && unexplained <= 2 + UNEXPLAINED_AT_MOST * edges && inside <= 1 + INSIDE_AT_MOST * covered;
 
 async function main() {
   const work = mkdtempSync(join(tmpdir(), 'silmap-three-'));
@@ -96,8 +99,8 @@ async function main() {
         const right = compare(ours, await draw(`${k}-${renderer}`, eye), SIZE);
         const wrong = compare(ours, await draw(`${k}-${renderer}-turned`, turned(eye, center, TURN_DEGREES)), SIZE);
         const plain = compare(ours, await draw(`${k}-${renderer}-plain`, eye, { plain: true }), SIZE);
-        console.log(`${renderer}, eye ${k}: ${right.off} of ${right.edges} pixels at edges off, ${right.inside} of ${right.covered} inside, `
-          + `by ${right.mostInside} at most; ${TURN_DEGREES}° aside ${wrong.off}, the plain hull ${plain.off}`);
+        console.log(`${renderer}, eye ${k}: ${right.off} of ${right.covered} pixels off, of these not explained ${right.unexplained} of `
+          + `${right.edges} at edges and ${right.inside} inside, by ${right.mostInside} at most; ${TURN_DEGREES}° aside ${wrong.off}, the plain hull ${plain.off}`);
         const mistakes = [!isRight(right) && 'the pictures differ', isRight(wrong) && 'a turn goes unnoticed', isRight(plain) && 'a plain hull goes unnoticed'];
         for (const mistake of mistakes.filter(Boolean)) {
           console.error(mistake);

@@ -9,10 +9,10 @@ const CHANNELS = [0, 1, 2, 3];
 
 /**
  * Compares two square pictures of RGBA. A pixel is `off` where a channel differs by more than `STEPS`; it is excused where ours has an
- * edge beside it and one of its neighbours has what it shows. `shape` counts pixels that one picture alone covers.
+ * edge beside it and one of its neighbours has what it shows. Of those that are not excused, `unexplained` are at an edge and `inside` are not.
  */
 export function compare(ours, theirs, size) {
-  const found = { covered: 0, edges: 0, off: 0, inside: 0, shape: 0, mostInside: 0 };
+  const found = { covered: 0, edges: 0, off: 0, unexplained: 0, inside: 0, mostInside: 0 };
   const value = (picture, pixel, c) => picture[4 * pixel + c];
   for (let pixel = 0; pixel < size * size; pixel++) {
     const [x, y] = [pixel % size, Math.floor(pixel / size)];
@@ -22,10 +22,8 @@ export function compare(ours, theirs, size) {
     const ranges = CHANNELS.map((c) => around.map((p) => value(ours, p, c))).map((v) => [Math.min(...v), Math.max(...v)]);
     const isEdge = ranges.some(([least, most]) => most - least > EDGE_STEPS);
     const differences = CHANNELS.map((c) => Math.abs(value(ours, pixel, c) - value(theirs, pixel, c)));
-    const [a, b] = [ours, theirs].map((picture) => value(picture, pixel, 3));
-    found.covered += a > 0;
+    found.covered += value(ours, pixel, 3) > 0;
     found.edges += isEdge;
-    found.shape += (a > 0) !== (b > 0);
     if (differences.every((d) => d <= STEPS)) continue;
     found.off += 1;
     const isExplained = isEdge && ranges.every(([least, most], c) => {
@@ -33,8 +31,12 @@ export function compare(ours, theirs, size) {
       return shown >= least - STEPS && shown <= most + STEPS;
     });
     if (isExplained) continue;
-    found.inside += 1;
-    found.mostInside = Math.max(found.mostInside, ...differences);
+    if (isEdge) {
+      found.unexplained += 1;
+    } else {
+      found.inside += 1;
+      found.mostInside = Math.max(found.mostInside, ...differences);
+    }
   }
   return found;
 }
