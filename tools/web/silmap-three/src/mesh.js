@@ -1,7 +1,7 @@
 // What the scene holds: a mesh, or many instances of one, each clipped to the outline that the camera at hand sees.
 import {
   BufferGeometry, CustomBlending, DataTexture, FloatType, Frustum, InstancedMesh, Matrix4, Mesh, MeshDepthMaterial, MeshDistanceMaterial, NearestFilter,
-  NormalBlending, OneFactor, RGBAFormat, Sphere, Vector2, Vector3, Vector4, ZeroFactor,
+  NormalBlending, Object3D, OneFactor, RGBAFormat, Sphere, Vector2, Vector3, Vector4, ZeroFactor,
 } from 'three';
 import { ROW, clipByGlsl } from './clip-glsl.js';
 import { EYE, RECORD } from './outlines.js';
@@ -188,7 +188,7 @@ export class SilmapInstancedMesh extends Clipped(InstancedMesh) {
   #matrix = new Matrix4();
   #world = new Matrix4();
 
-  /** Of a mesh that was loaded; its outlines are shared. */
+  /** Of a mesh that was loaded, or of another such; outlines are shared. */
   constructor(mesh, count) {
     super(addNodes ? withoutTangents(mesh.geometry) : mesh.geometry, mesh.plainMaterial, count);
     this.isSilmapInstancedMesh = true;
@@ -238,6 +238,16 @@ export class SilmapInstancedMesh extends Clipped(InstancedMesh) {
     outlines.find(eyes.subarray(0, EYE * count), this.before(camera, count), records.image.data);
     records.needsUpdate = true;
     this.clipUniforms.silmapSoft.value = isSoft ? 1 : 0;
+  }
+
+  clone(recursive) {
+    const { instanceMatrix, instanceColor, count } = this;
+    const copy = new SilmapInstancedMesh(this, instanceMatrix.count);
+    Object3D.prototype.copy.call(copy, this, recursive);
+    copy.instanceMatrix.copy(instanceMatrix);
+    copy.instanceColor = instanceColor?.clone() ?? null;
+    copy.count = count;
+    return copy;
   }
 
   dispose() {

@@ -156,7 +156,7 @@ async function drawScene({
     hull.castShadow = hull.receiveShadow = true;
     const many = new silmap.SilmapInstancedMesh(hull, count);
     matrices.forEach((matrix, k) => many.setMatrixAt(k, matrix));
-    scene.add(many);
+    scene.add(many.clone());
   } else {
     const full = what === 'full' && new THREE.Mesh(await new PLYLoader().loadAsync('/model.ply'), plainMaterial(0xc0bcb0));
     if (full) {

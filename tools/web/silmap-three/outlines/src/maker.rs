@@ -58,7 +58,7 @@ impl OutlineMaker {
         (self.map.center.extend(self.map.radius).to_array()).to_vec()
     }
 
-    /// The texels of an outline that [`OutlineCells::take_wanted`] asked for; none where there is no outline.
+    /// The texels of an outline that [`crate::OutlineCells::take_wanted`] asked for; none where there is no outline.
     pub fn make(&mut self, request: &[f64]) -> Vec<u32> {
         self.texels.clear();
         match self.interpolate(request) {
