@@ -2,7 +2,7 @@
 //
 //     npm ci && node compare.mjs PAGE ASSET.glb HEADLESS [PICTURES]
 //
-// PAGE is the folder that `cargo xtask web` builds, HEADLESS the program `example-headless`. Both draw by the same renderer, so that
+// PAGE is the folder that `cargo xtask example-web` builds, HEADLESS the program `example-headless`. Both draw by the same renderer, so that
 // pictures may differ at edges alone, where adapters round differently: at a few pixels, and there by no more than if what is drawn
 // were moved to a neighbour. The picture of an eye that is turned by a little must be farther off: a comparison that lets everything
 // pass is worth nothing. Pictures are left in PICTURES, to be looked at.
@@ -12,24 +12,18 @@ import { execFileSync } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
-import { delimiter, extname, join, normalize } from 'node:path';
-import { chromium } from 'playwright-core';
+import { extname, join, normalize } from 'node:path';
 import { PNG } from 'pngjs';
+import { compare, launch } from './browser.mjs';
 
 const SIZE = 256;
 const SCENES = [{ eye: [1.5, 1, 3], copies: 1 }, { eye: [-2, 0.4, 1.1], copies: 3 }];
 // The negative control: it moves an outline by about a pixel.
 const TURN_DEGREES = 1;
 const TIMEOUT_MS = 120_000;
-const BROWSERS = [process.env.CHROMIUM, 'chromium', 'chromium-browser', 'google-chrome'].filter(Boolean);
-const FLAGS = [
-  '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
-  '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader', '--enable-unsafe-swiftshader',
-];
 // How far a channel may be off, in steps of 255, where a pixel is not counted; and how many pixels may be off by more, as a share of
-// those where our picture has an edge, beside which it differs by more than EDGE_STEPS. SwiftShader rounds vertices to 1/16 pixel,
+// those where our picture has an edge. SwiftShader rounds vertices to 1/16 pixel,
 // others to 1/256: up to 0.6 % were seen.
-const EDGE_STEPS = 12;
 const KINDS = [
   // Without smoothing a pixel is in or out.
   { clip: 'stencil', edges: 'hard', steps: 8, offAtMost: 0.01 },
@@ -40,9 +34,6 @@ const KINDS = [
   // So is in WebGL2 how many of them a share of coverage sets, and which: up to 1.1 % were seen.
   { clip: 'coverage', edges: 'samples', steps: 40, offAtMost: 0.02 },
 ];
-// How many of them may be no neighbour's: of spikes narrower than a pixel each adapter draws other pixels. Up to six were seen.
-const UNEXPLAINED_AT_MOST = 0.0015;
-
 const [page, asset, headless, kept] = process.argv.slice(2);
 if (!headless || process.argv.length > 6) {
   console.error('usage: node compare.mjs PAGE ASSET.glb HEADLESS [PICTURES]');
@@ -63,13 +54,6 @@ function serve() {
     response.setHeader('content-type', types[extname(file)] ?? 'application/octet-stream');
     response.end(readFileSync(file));
   });
-}
-
-function browserPath() {
-  const places = (name) => name.includes('/') ? [name] : (process.env.PATH ?? '').split(delimiter).map((p) => join(p, name));
-  const found = BROWSERS.flatMap(places).find((path) => existsSync(path));
-  if (!found) throw new Error('no Chromium is here: install it, or say where it is by CHROMIUM');
-  return found;
 }
 
 function native({ clip, edges }, { eye, copies }, folder) {
@@ -95,32 +79,6 @@ async function inBrowser(tab, address) {
   return { adapter: found.adapter, pixels: Buffer.from(found.base64, 'base64') };
 }
 
-const CHANNELS = [0, 1, 2, 3];
-const channel = (pixels, pixel, c) => pixels[4 * pixel + c];
-const around = (pixel) => [-SIZE, 0, SIZE].flatMap((row) => [-1, 0, 1].map((column) => pixel + row + column));
-
-// How many pixels are at edges of our picture, how many are off by more than some steps, and how many of those no neighbour explains.
-function compare(ours, theirs, { steps, offAtMost }) {
-  const found = { edges: 0, off: 0, unexplained: 0 };
-  for (let pixel = 0; pixel < SIZE * SIZE; pixel++) {
-    const neighbours = around(pixel).filter((p) => p >= 0 && p < SIZE * SIZE);
-    const ranges = CHANNELS.map((c) => {
-      const values = neighbours.map((p) => channel(ours, p, c));
-      return [Math.min(...values), Math.max(...values)];
-    });
-    if (ranges.some(([least, most]) => most - least > EDGE_STEPS)) found.edges += 1;
-    if (CHANNELS.every((c) => Math.abs(channel(ours, pixel, c) - channel(theirs, pixel, c)) <= steps)) continue;
-    found.off += 1;
-    const isExplained = ranges.every(([least, most], c) => {
-      const value = channel(theirs, pixel, c);
-      return value >= least - steps && value <= most + steps;
-    });
-    if (!isExplained) found.unexplained += 1;
-  }
-  const { edges, off, unexplained } = found;
-  return { ...found, isRight: edges > SIZE && off <= offAtMost * edges && unexplained <= UNEXPLAINED_AT_MOST * edges };
-}
-
 function turned({ eye: [x, y, z], copies }) {
   const angle = (TURN_DEGREES * Math.PI) / 180;
   return { eye: [x * Math.cos(angle) + z * Math.sin(angle), y, z * Math.cos(angle) - x * Math.sin(angle)], copies };
@@ -141,7 +99,7 @@ async function main() {
   let faults = 0;
   try {
     await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-    browser = await chromium.launch({ executablePath: browserPath(), args: FLAGS });
+    browser = await launch();
     const tab = await browser.newPage();
     tab.setDefaultTimeout(TIMEOUT_MS);
     tab.on('console', (message) => message.type() === 'error' && console.error(message.text()));
@@ -156,8 +114,8 @@ async function main() {
         for (const backend of ['webgpu', 'webgl2']) {
           const theirs = await draw(backend, kind, scene);
           save(folder, `${kind.clip}-${kind.edges}-${backend}-${scene.copies}.png`, theirs.pixels);
-          const right = compare(ours.pixels, theirs.pixels, kind);
-          const wrong = compare(ours.pixels, (await draw(backend, kind, turned(scene))).pixels, kind);
+          const right = compare(ours.pixels, theirs.pixels, SIZE, kind);
+          const wrong = compare(ours.pixels, (await draw(backend, kind, turned(scene))).pixels, SIZE, kind);
           console.log(
             `${kind.clip}, ${kind.edges}, ${scene.copies}: ${theirs.adapter} and ${ours.adapter} differ at ${right.off} pixels of ${right.edges} at `
               + `edges, ${right.unexplained} of them no neighbour's; from an eye ${TURN_DEGREES}° aside at ${wrong.off}`);

@@ -1,7 +1,7 @@
 //! The graphics device: adapter and capability tier, read-back, timing, mesh chunks and the shader table.
 //!
 //! Nothing here knows what a silhouette is. Everything works within WebGL2's limits (no compute, no storage buffers);
-//! what needs more asks for [`Tier::Full`].
+//! what needs more asks for [`Tier::Full`]. On the web a program chooses by wgpu's features `webgpu` and `webgl` what is drawn by.
 
 mod chunks;
 mod device;

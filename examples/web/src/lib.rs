@@ -1,6 +1,6 @@
 //! Draws an asset on a web page, by WebGPU or WebGL2, and returns the pixels.
 //!
-//! The page is `index.html`; `cargo xtask web` builds both into a folder.
+//! The page is `index.html`; `cargo xtask example-web` builds both into a folder.
 #![cfg(target_arch = "wasm32")]
 
 mod device;

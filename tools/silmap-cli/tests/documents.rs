@@ -20,12 +20,13 @@ use common::{Ended, bare, is_gpu_skipped, outside, run, scratch};
 use serde_json::{Value, json};
 
 /// Why a block is not run: a word for it and what it means.
-const NOT_RUN: [(&str, &str); 5] = [
+const NOT_RUN: [(&str, &str); 6] = [
     ("installs", "installs software or builds silmap itself"),
     ("minutes", "takes minutes at the size that it has"),
     ("cluster", "needs a scheduler, its server or its workers"),
     ("photographs", "needs photographs of an object"),
     ("measured", "tools/results runs it to measure"),
+    ("window", "opens a window, or serves a page until it is ended"),
 ];
 
 /// Languages whose blocks hold no commands.

@@ -19,7 +19,7 @@ pub mod look;
 pub mod orbit;
 mod overlays;
 #[cfg(target_arch = "wasm32")]
-mod page;
+pub mod page;
 mod panel;
 mod scene;
 #[cfg(not(target_arch = "wasm32"))]

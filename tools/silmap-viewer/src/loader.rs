@@ -6,6 +6,10 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use crate::scene::Scene;
 
 /// What loading tells the window.
+#[cfg_attr(
+    target_arch = "wasm32",
+    expect(dead_code, reason = "on a page nothing is built, and what is fetched comes at once")
+)]
 #[derive(Debug)]
 pub(crate) enum News {
     /// What goes on, and how much of it is done, 0 to 1.

@@ -1,7 +1,10 @@
 //! `silmap-viewer`: the window, from the command line; `silmap view` starts it. On a page: the beginning of the program.
 
 #[cfg(target_arch = "wasm32")]
-fn main() {}
+fn main() {
+    // What the page calls is linked where something of it is named.
+    let _ = silmap_viewer::page::backend();
+}
 
 #[cfg(not(target_arch = "wasm32"))]
 fn main() -> std::process::ExitCode {

@@ -22,6 +22,7 @@ pub fn backend() -> String {
 
 /// A running viewer.
 #[wasm_bindgen(js_name = Viewer)]
+#[expect(missing_debug_implementations, reason = "the runner has none")]
 pub struct Page {
     runner: eframe::WebRunner,
 }
@@ -100,9 +101,13 @@ impl Page {
         }
     }
 
-    /// Whether the graphics device is gone, so that only another viewer can draw.
+    /// Whether the graphics device is gone, so that only another viewer can draw. wgpu panics where a device that is gone is asked
+    /// for a buffer that is mapped (30.0.1, WebGPU), which may be before it is said to be gone.
     #[must_use]
     pub fn is_lost(&self) -> bool {
+        if self.runner.has_panicked() {
+            return true;
+        }
         let app = self.runner.app_mut::<App>();
         app.is_some_and(|app| app.viewer.is_lost())
     }

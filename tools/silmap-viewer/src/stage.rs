@@ -33,6 +33,7 @@ struct Drawn {
 struct Target {
     size_px: (u32, u32),
     view: wgpu::TextureView,
+    #[cfg(not(target_arch = "wasm32"))]
     texture: wgpu::Texture,
     drawn: Option<Drawn>,
 }
@@ -100,6 +101,7 @@ impl Stage {
     }
 
     /// Shows another asset beside the model that is there.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn replace_asset(&mut self, asset: &Asset) -> Result<(), RenderError> {
         self.renderer.load_asset(&self.gpu, asset)?;
         self.crowd = Crowd::default();
@@ -199,6 +201,7 @@ impl Stage {
     }
 
     /// The texture of a pane, to read back.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn texture(&self, pane: usize) -> Option<(&wgpu::Texture, (u32, u32))> {
         let target = self.targets[pane].as_ref()?;
         Some((&target.texture, target.size_px))
@@ -226,6 +229,7 @@ impl Target {
         Self {
             size_px,
             view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
+            #[cfg(not(target_arch = "wasm32"))]
             texture,
             drawn: None,
         }

@@ -1,6 +1,6 @@
 //! Development tasks: `cargo xtask check-deps` checks the dependencies of crates and modules, `cargo xtask bless` accepts what a test
-//! produced as its new reference, `cargo xtask web` builds the example that is a web page, `cargo xtask three` the module of the package
-//! for three.js.
+//! produced as its new reference, `cargo xtask web` builds the viewer's page, `cargo xtask example-web` the example that is a page, `cargo
+//! xtask three` the module of the package for three.js.
 
 mod bless;
 mod check_deps;
@@ -11,6 +11,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use crate::web::Product;
+
 const USAGE: &str = "\
 usage: cargo xtask TASK
 
@@ -18,7 +20,9 @@ usage: cargo xtask TASK
   bless            lists references that a test run found different or missing
   bless NAME...    accepts what the tests produced for them (`bless --all` for every one)
   web DIR [--release]
-                   builds examples/web as a folder for a web server
+                   builds the viewer's page as a folder for a web server
+  example-web DIR [--release]
+                   builds examples/web likewise
   three [--release]
                    builds the outlines of tools/web/silmap-three
 ";
@@ -28,9 +32,15 @@ fn main() -> ExitCode {
     let outcome = match arguments.split_first() {
         Some((task, [])) if task == "check-deps" => check_deps::run(&repository_root()),
         Some((task, names)) if task == "bless" => bless::run(&repository_root(), names),
-        Some((task, [folder])) if task == "web" => build_page(folder, false),
+        Some((task, [folder])) if task == "web" => build_page(Product::Viewer, folder, false),
         Some((task, [folder, release])) if task == "web" && release == "--release" => {
-            build_page(folder, true)
+            build_page(Product::Viewer, folder, true)
+        }
+        Some((task, [folder])) if task == "example-web" => {
+            build_page(Product::Example, folder, false)
+        }
+        Some((task, [folder, release])) if task == "example-web" && release == "--release" => {
+            build_page(Product::Example, folder, true)
         }
         Some((task, [])) if task == "three" => build_three(false),
         Some((task, [release])) if task == "three" && release == "--release" => build_three(true),
@@ -51,15 +61,15 @@ fn main() -> ExitCode {
     }
 }
 
-fn build_page(folder: &str, is_release: bool) -> anyhow::Result<String> {
+fn build_page(product: Product, folder: &str, is_release: bool) -> anyhow::Result<String> {
     let folder = PathBuf::from(folder);
-    web::run(&repository_root(), web::Module::Page, &folder, is_release)
+    web::run(&repository_root(), product, &folder, is_release)
 }
 
 fn build_three(is_release: bool) -> anyhow::Result<String> {
     let root = repository_root();
     let folder = root.join("tools/web/silmap-three/dist");
-    web::run(&root, web::Module::Three, &folder, is_release)
+    web::run(&root, Product::Three, &folder, is_release)
 }
 
 /// Prints; a closed stream has no reader, which is not a failure.
