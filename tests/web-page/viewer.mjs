@@ -57,14 +57,27 @@ function native(eye, folder) {
   return PNG.sync.read(readFileSync(file)).data;
 }
 
+// Waits until the page gives something; what it gives may be a promise.
+async function until(tab, given) {
+  const end = Date.now() + TIMEOUT_MS;
+  while (Date.now() < end) {
+    const found = await tab.evaluate(given);
+    if (found) return found;
+    await tab.waitForTimeout(20);
+  }
+  throw new Error(`in vain: ${given}`);
+}
+
 // Waits for the first picture, and returns the milliseconds that it took.
 async function open(tab, address, query) {
   const since = Date.now();
   const url = new URL(address);
   for (const [key, value] of Object.entries(query)) url.searchParams.set(key, value);
   await tab.goto(url.href);
-  await tab.waitForFunction(async () => (await window.silmap).viewer.shown() ?? (await window.silmap).viewer.message(), null,
-    { timeout: TIMEOUT_MS });
+  await until(tab, async () => {
+    const { viewer } = await window.silmap;
+    return viewer.shown() ?? viewer.message();
+  });
   return Date.now() - since;
 }
 
@@ -74,8 +87,6 @@ async function picture(tab, file) {
   const bytes = await tab.screenshot(file ? { path: file } : {});
   return PNG.sync.read(bytes).data;
 }
-
-const said = (tab) => tab.evaluate(async () => (await window.silmap).viewer.message());
 
 async function drive(browser, address, backend, folder) {
   const tab = await browser.newPage({ viewport: { width: SIZE, height: SIZE } });
@@ -101,9 +112,6 @@ async function drive(browser, address, backend, folder) {
   };
 
   // Nothing is taken from the page before the picture has the focus.
-  const taken = () => tab.evaluate(() => new Promise((resolve) => {
-    addEventListener('wheel', (event) => resolve(event.defaultPrevented), { once: true, passive: true });
-  }));
   for (const isFocused of [false, true]) {
     await tab.evaluate((focus) => {
       const canvas = document.querySelector('canvas');
@@ -113,11 +121,12 @@ async function drive(browser, address, backend, folder) {
     await tab.evaluate(() => {
       window.wheels = [];
       document.querySelector('canvas').addEventListener('wheel', (event) => {
-        queueMicrotask(() => window.wheels.push(event.defaultPrevented));
+        // Once all who listen have heard it.
+        setTimeout(() => window.wheels.push(event.defaultPrevented));
       }, { capture: true });
     });
     await tab.mouse.wheel(0, 40);
-    await tab.waitForFunction(() => window.wheels.length > 0);
+    await until(tab, () => window.wheels.length > 0);
     await tab.waitForTimeout(100);
     const isTaken = await tab.evaluate(() => window.wheels[0]);
     expect(isTaken === isFocused, `${backend}: the wheel is ${isTaken ? '' : 'not '}taken from the page, focus ${isFocused}`);
@@ -127,10 +136,9 @@ async function drive(browser, address, backend, folder) {
   await open(tab, address, { ...look(EYES[1]), bare: '', backend });
   for (const [name, says] of [['asset/nothing.glb', '404'], ['viewer.js', 'viewer.js']]) {
     await tab.evaluate(async (url) => (await window.silmap).viewer.open(url), name);
-    await tab.waitForFunction(async () => (await window.silmap).viewer.message());
-    expect((await said(tab)).includes(says), `${backend}: ${name}: ${await said(tab)}`);
+    const text = await until(tab, async () => (await window.silmap).viewer.message());
+    expect(text.includes(says), `${backend}: ${name}: ${text}`);
     expect(await tab.evaluate(async () => (await window.silmap).viewer.shown()) !== undefined, `${backend}: it is gone`);
-    await tab.keyboard.press('Escape');
     await tab.evaluate(async () => (await window.silmap).viewer.dismiss());
   }
   await same('files that cannot be opened');
@@ -159,7 +167,7 @@ async function drive(browser, address, backend, folder) {
     await tab.evaluate(() => {
       document.querySelector('canvas').getContext('webgl2').getExtension('WEBGL_lose_context').loseContext();
     });
-    await tab.waitForFunction(async () => window.restarts === 1 && (await window.silmap).viewer.shown());
+    await until(tab, async () => window.restarts === 1 && (await window.silmap).viewer.shown());
     await same('the device was lost');
   }
   await tab.close();

@@ -26,7 +26,10 @@ const NOT_RUN: [(&str, &str); 6] = [
     ("cluster", "needs a scheduler, its server or its workers"),
     ("photographs", "needs photographs of an object"),
     ("measured", "tools/results runs it to measure"),
-    ("window", "opens a window, or serves a page until it is ended"),
+    (
+        "window",
+        "opens a window, or serves a page until it is ended",
+    ),
 ];
 
 /// Languages whose blocks hold no commands.

@@ -8,7 +8,10 @@ use crate::scene::Scene;
 /// What loading tells the window.
 #[cfg_attr(
     target_arch = "wasm32",
-    expect(dead_code, reason = "on a page nothing is built, and what is fetched comes at once")
+    expect(
+        dead_code,
+        reason = "on a page nothing is built, and what is fetched comes at once"
+    )
 )]
 #[derive(Debug)]
 pub(crate) enum News {
