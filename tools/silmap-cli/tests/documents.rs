@@ -36,7 +36,7 @@ const NOT_RUN: [(&str, &str); 6] = [
 const OTHER_LANGUAGES: [&str; 4] = ["json", "rust,no_run", "text", "python"];
 
 /// What is made smaller, so that an unoptimised build needs seconds. The longest come first.
-const SMALLER: [(&str, &str); 14] = [
+const SMALLER: [(&str, &str); 15] = [
     (
         "--instances 1000 --pixels 128 --size 2048x2048 --repeat 31",
         "--instances 6 --pixels 20 --size 64x64 --repeat 2",
@@ -57,6 +57,7 @@ const SMALLER: [(&str, &str); 14] = [
     ("--repeat 31", "--repeat 3 --size 64x64"),
     ("--walk 40", "--walk 4"),
     ("--orbit 72", "--orbit 3"),
+    ("--orbit 60", "--orbit 3"),
 ];
 
 const SMALL_BUILD: &str = "--views 40 --keep 14 --resolution 96 --faces 100 --texture-views 3 --texture-size 32 --atlas-size 32";

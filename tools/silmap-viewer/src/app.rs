@@ -108,6 +108,10 @@ impl App {
                     self.viewer.loading = None;
                     self.viewer.say("stopped", false);
                 }
+                Some(News::Said(text)) => {
+                    self.viewer.loading = None;
+                    self.viewer.say(text, false);
+                }
                 Some(News::Failed(text)) => {
                     self.viewer.loading = None;
                     self.viewer.say(text, true);

@@ -1,11 +1,27 @@
-//! Pictures out: what is seen in the window, as a file.
+//! Pictures out: what is seen in the window as a file, and a turn around it as an animation.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use silmap_gpu::Readback;
+use anyhow::Context;
+use silmap_geometry::TriangleMesh;
+use silmap_gpu::{Gpu, Readback};
+use silmap_map::Asset;
+use silmap_report::animation::{Animation, AnimationFormat, AnimationParams, FrameRate};
+use silmap_study::{FrameParams, PictureOptions, PictureRenderer};
 
+use crate::loader::{Loading, News, Teller};
+use crate::orbit::Orbit;
+use crate::stage::Picture;
 use crate::viewer::Viewer;
+use crate::viewport;
+
+/// Frames of a turn, how many come in a second, and how good they are, 0 to 100.
+const TURN_FRAMES: u32 = 60;
+const TURN_RATE: f64 = 20.0;
+const TURN_QUALITY: u8 = 75;
 
 /// Saves the picture that is seen, the left one where there are two, in the size that it has in the window.
 pub(crate) fn save_picture(viewer: &mut Viewer) {
@@ -52,11 +68,115 @@ fn write(viewer: &mut Viewer, rgba: Vec<u8>, (width, height): (u32, u32)) {
 
 /// The file appears whole or not at all.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
+    let mut file = beside(path)?;
     file.write_all(bytes)?;
     file.persist(path)?;
     Ok(())
+}
+
+/// A file without a name yet, in the folder of one.
+fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))
+}
+
+/// A turn that is drawn and written on a thread of its own.
+struct Turn {
+    path: PathBuf,
+    orbit: Orbit,
+    params: FrameParams,
+    gpu: Gpu,
+    relight: bool,
+    asset: Option<Arc<Asset>>,
+    model: Option<Arc<TriangleMesh>>,
+}
+
+/// Begins to write what is seen as an animation that turns once around, under the picture's name with `.webp`.
+pub(crate) fn save_turn(viewer: &mut Viewer, context: &egui::Context) {
+    let path = PathBuf::from(&viewer.export.name).with_extension("webp");
+    let camera = viewer.orbit.camera(viewer.picture_px);
+    let shown = viewer.shown(viewer.look.shown);
+    let picture = viewport::picture(viewer, shown, &camera);
+    let (Picture::Single(params), Some(stage)) = (picture, &viewer.stage) else {
+        viewer.say("a turn of many instances cannot be saved: show one", true);
+        return;
+    };
+    let turn = Turn {
+        orbit: viewer.orbit,
+        params,
+        gpu: stage.gpu.clone(),
+        relight: stage.can_relight(),
+        asset: viewer.scene.asset.clone(),
+        model: viewer.scene.model.clone(),
+        path,
+    };
+    let name = turn.path.display().to_string();
+    let loading = Loading::begin(context, &name, |teller, stop| {
+        let thread = std::thread::Builder::new().name("turn".to_owned());
+        let started = thread.spawn({
+            let teller = teller.clone();
+            move || {
+                let written = turn.write(&teller, &stop);
+                let name = turn.path.display();
+                teller.tell(match written {
+                    Ok(Some(bytes)) => News::Said(format!(
+                        "{name} is written: {TURN_FRAMES} frames, {bytes} bytes"
+                    )),
+                    Ok(None) => News::Stopped,
+                    Err(reason) => News::Failed(format!("{name}: {reason:#}")),
+                });
+            }
+        });
+        if let Err(error) = started {
+            teller.tell(News::Failed(format!("no thread can be started: {error}")));
+        }
+    });
+    viewer.loading = Some(loading);
+}
+
+impl Turn {
+    /// Bytes that were written; `None` where it was stopped.
+    fn write(&self, teller: &Teller, stop: &AtomicBool) -> anyhow::Result<Option<u64>> {
+        let options = PictureOptions {
+            relight: self.relight,
+            ..PictureOptions::default()
+        };
+        let mut renderer = PictureRenderer::new(&self.gpu, options);
+        if let Some(asset) = &self.asset {
+            renderer.load_asset(&self.gpu, asset)?;
+        }
+        if let Some(model) = &self.model {
+            renderer.load_model(&self.gpu, model)?;
+        }
+        let size_px = (self.params.camera.width_px, self.params.camera.height_px);
+        let mut file = beside(&self.path)?;
+        let params = AnimationParams {
+            format: AnimationFormat::Webp(Some(TURN_QUALITY)),
+            size_px,
+            frames: TURN_FRAMES,
+            rate: FrameRate::new(TURN_RATE).context("invariant: there is such a rate")?,
+        };
+        let mut animation = Animation::new(file.as_file_mut(), &params)?;
+        for k in 0..TURN_FRAMES {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let share = f64::from(k) / f64::from(TURN_FRAMES);
+            let doing = "drawing a turn".to_owned();
+            teller.tell(News::Progress(doing, Some(share as f32)));
+            let mut orbit = self.orbit;
+            orbit.azimuth_rad += std::f64::consts::TAU * share;
+            let frame = FrameParams {
+                camera: orbit.camera(size_px),
+                ..self.params.clone()
+            };
+            animation.push(&renderer.render(&self.gpu, &frame)?)?;
+        }
+        animation.finish()?;
+        let bytes = file.as_file().metadata()?.len();
+        file.persist(&self.path)?;
+        Ok(Some(bytes))
+    }
 }

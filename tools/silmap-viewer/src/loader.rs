@@ -21,6 +21,8 @@ pub(crate) enum News {
     Preview(Box<Scene>),
     /// All of it.
     Done(Box<Scene>),
+    /// It is done, and there is nothing to show: one sentence.
+    Said(String),
     /// Nothing comes: one sentence.
     Failed(String),
     /// It was stopped.

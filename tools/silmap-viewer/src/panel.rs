@@ -78,6 +78,16 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
             egui::WidgetInfo::labeled(egui::Role::TextInput, true, "File of the picture")
         });
     });
+    #[cfg(not(target_arch = "wasm32"))]
+    ui.add_enabled_ui(viewer.loading.is_none() && !viewer.scene.is_empty(), |ui| {
+        let turn = ui.button("Save a turn");
+        if turn
+            .on_hover_text("an animated WebP, under the same name")
+            .clicked()
+        {
+            crate::export::save_turn(viewer, ui.ctx());
+        }
+    });
     ui.separator();
     facts(viewer, ui);
 }

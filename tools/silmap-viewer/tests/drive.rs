@@ -545,3 +545,42 @@ fn resident_bytes() -> u64 {
     let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
     kilobytes.unwrap_or(0) * 1024
 }
+
+#[test]
+fn a_picture_and_a_turn_are_written() {
+    let mut window = Window::open("organic.glb", None, "");
+    let folder = tempfile::tempdir().unwrap();
+    let name = folder.path().join("seen.png");
+    let field = window.harness.get_by_label("File of the picture");
+    field.focus();
+    window.harness.run_steps(2);
+    window
+        .harness
+        .key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.harness.run_steps(1);
+    (window.harness.get_by_label("File of the picture")).type_text(name.to_str().unwrap());
+    window.harness.run_steps(2);
+    window.click("Save picture");
+    let written = image::open(&name).unwrap().to_rgba8();
+    window.click("Close");
+    assert!(
+        changed(&window.picture(), &written) < 0.02,
+        "the hint alone is not in the file"
+    );
+    window.click("Save a turn");
+    window.settle();
+    let said = window.app().message().unwrap().clone();
+    assert!(
+        !said.is_error && said.text.contains("60 frames"),
+        "{}",
+        said.text
+    );
+    let turn = std::fs::read(name.with_extension("webp")).unwrap();
+    assert_eq!(&turn[..4], b"RIFF");
+    assert_eq!(turn.windows(4).filter(|w| w == b"ANMF").count(), 60);
+    // What cannot be written is said.
+    window.click("Close");
+    std::fs::remove_dir_all(folder.path()).unwrap();
+    window.click("Save picture");
+    assert!(window.app().message().unwrap().is_error);
+}

@@ -81,6 +81,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-runtime",
             "silmap-study",
             "silmap-measure",
+            "silmap-report",
         ],
     ),
     (
