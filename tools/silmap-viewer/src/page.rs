@@ -126,6 +126,22 @@ impl Page {
         (app.viewer.has_drawn()).then(|| app.viewer.scene().name.clone())
     }
 
+    /// How many pictures were drawn, and the mean milliseconds of the last ones: of this thread, and until the device had drawn them,
+    /// which is −1 where the device does not tell.
+    #[must_use]
+    pub fn times(&self) -> Vec<f64> {
+        let app = self.runner.app_mut::<App>();
+        app.map(|app| app.viewer.times_millis().to_vec())
+            .unwrap_or_default()
+    }
+
+    /// Bytes that the program has of the page's memory.
+    #[must_use]
+    pub fn memory(&self) -> f64 {
+        const PAGE_BYTES: f64 = 65_536.0;
+        core::arch::wasm32::memory_size(0) as f64 * PAGE_BYTES
+    }
+
     /// Where the picture is on the canvas: left, top, width and height, pixels of the canvas.
     #[must_use]
     pub fn picture(&self) -> Vec<f32> {

@@ -14,6 +14,8 @@ pub(crate) struct Timing {
     processor: Vec<f64>,
     /// From the submission until the device was done.
     device: Arc<Mutex<Vec<f64>>>,
+    /// Frames since the beginning.
+    count: u64,
 }
 
 fn mean(times: &[f64]) -> Option<f64> {
@@ -30,6 +32,7 @@ fn push(times: &mut Vec<f64>, seconds: f64) {
 impl Timing {
     /// Notes a frame that was begun at `since` and has been submitted just now.
     pub(crate) fn submitted(&mut self, since: Instant, queue: &wgpu::Queue) {
+        self.count += 1;
         push(&mut self.processor, since.elapsed().as_secs_f64());
         let device = Arc::clone(&self.device);
         let submitted = Instant::now();
@@ -46,6 +49,11 @@ impl Timing {
     pub(crate) fn clear(&mut self) {
         self.processor.clear();
         (self.device.lock().unwrap_or_else(PoisonError::into_inner)).clear();
+    }
+
+    /// Frames since the beginning.
+    pub(crate) fn count(&self) -> u64 {
+        self.count
     }
 
     /// Means in seconds: of the processor, and of the device, where there are any.

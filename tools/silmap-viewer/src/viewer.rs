@@ -177,6 +177,15 @@ impl Viewer {
         [x, y, self.picture_px.0 as f32, self.picture_px.1 as f32]
     }
 
+    /// How many pictures were drawn, and the mean milliseconds of the last ones: of this thread, and until the device had drawn them,
+    /// which is −1 where the device does not tell.
+    #[must_use]
+    pub fn times_millis(&self) -> [f64; 3] {
+        let (processor, device) = self.timing.means();
+        let millis = |seconds: Option<f64>| seconds.map_or(-1.0, |s| 1e3 * s);
+        [self.timing.count() as f64, millis(processor), millis(device)]
+    }
+
     /// Whether a picture was drawn of what is shown.
     #[must_use]
     pub fn has_drawn(&self) -> bool {
