@@ -41,11 +41,12 @@ impl Page {
         for pair in decoded.entries() {
             let pair: js_sys::Array = pair?.unchecked_into();
             let (key, value) = (pair.get(0).as_string(), pair.get(1).as_string());
-            if let (Some(key), Some(value)) = (key, value) {
-                if key != "asset" && key != "bare" {
-                    // A value with & in it is none that is known.
-                    pairs.push(format!("{key}={}", value.replace('&', " ")));
-                }
+            let (Some(key), Some(value)) = (key, value) else {
+                continue;
+            };
+            if key != "asset" && key != "bare" {
+                // A value with & in it is none that is known.
+                pairs.push(format!("{key}={}", value.replace('&', " ")));
             }
         }
         let link = pairs.join("&");

@@ -183,7 +183,11 @@ impl Viewer {
     pub fn times_millis(&self) -> [f64; 3] {
         let (processor, device) = self.timing.means();
         let millis = |seconds: Option<f64>| seconds.map_or(-1.0, |s| 1e3 * s);
-        [self.timing.count() as f64, millis(processor), millis(device)]
+        [
+            self.timing.count() as f64,
+            millis(processor),
+            millis(device),
+        ]
     }
 
     /// Whether a picture was drawn of what is shown.
