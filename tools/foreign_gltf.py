@@ -248,7 +248,11 @@ def with_trimesh(silmap, folder, out):
 
 
 def with_open3d(silmap, folder, out):
-    import open3d
+    try:
+        import open3d
+    except ImportError as error:
+        skip(f"Open3D does not start here: {error}")
+        return
 
     box = open3d.geometry.TriangleMesh.create_box(2, 2, 2)
     box.translate([-1, -1, -1])
