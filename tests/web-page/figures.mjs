@@ -103,7 +103,7 @@ async function main() {
     }
     const library = join('..', '..', 'tools/web/silmap-three/node_modules/three/build');
     const folder = new URL(`${library}/`, import.meta.url).pathname;
-    const scripts = ['three.module.min.js', 'three.core.min.js'].map((file) => packed(join(folder, file)));
+    const scripts = ['three.module.js', 'three.core.js'].map((file) => packed(join(folder, file)));
     rows.push(['full mesh, three.js alone, WebGL2', scripts[0] + scripts[1], packed(model), await ofFullMesh(three.address)]);
     for (const [name, program, bytes, found] of rows) {
       console.log(`| ${name} | ${mebibytes(program)} | ${mebibytes(bytes)} | ${millis(found.first)} | ${millis(found.whole)} | `
