@@ -1,25 +1,12 @@
 // A headless Chromium, and pictures compared: what the programs of this folder share.
-import { existsSync } from 'node:fs';
-import { delimiter, join } from 'node:path';
+import { spawn } from 'node:child_process';
 import { chromium } from 'playwright-core';
-
-const BROWSERS = [process.env.CHROMIUM, 'chromium', 'chromium-browser', 'google-chrome'].filter(Boolean);
-const FLAGS = [
-  '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
-  '--enable-unsafe-webgpu', '--use-webgpu-adapter=swiftshader', '--enable-unsafe-swiftshader',
-];
+import { FLAGS, browserPath } from './chromium.mjs';
 
 // Beside an edge our picture differs by more than so many steps of 255.
 const EDGE_STEPS = 12;
 // How many pixels at edges may be no neighbour's: of spikes narrower than a pixel each adapter draws other pixels. Up to six were seen.
 const UNEXPLAINED_AT_MOST = 0.0015;
-
-function browserPath() {
-  const places = (name) => name.includes('/') ? [name] : (process.env.PATH ?? '').split(delimiter).map((p) => join(p, name));
-  const found = BROWSERS.flatMap(places).find((path) => existsSync(path));
-  if (!found) throw new Error('no Chromium is here: install it, or say where it is by CHROMIUM');
-  return found;
-}
 
 export function launch() {
   return chromium.launch({ executablePath: browserPath(), args: FLAGS });
@@ -58,4 +45,29 @@ export function compare(ours, theirs, width, { steps, offAtMost }) {
   }
   const { edges, off, unexplained } = found;
   return { ...found, isRight: edges > width && off <= offAtMost * edges && unexplained <= UNEXPLAINED_AT_MOST * edges };
+}
+
+// The viewer's own server: its process, and the address of the page with an asset.
+export function serveViewer(viewer, page, asset) {
+  const server = spawn(viewer, [asset, '--web', '--page', page], { stdio: ['ignore', 'ignore', 'pipe'] });
+  return new Promise((resolve, reject) => {
+    let said = '';
+    server.stderr.on('data', (text) => {
+      said += text;
+      const found = said.match(/http:\S+/);
+      if (found) resolve({ server, address: found[0] });
+    });
+    server.on('exit', () => reject(new Error(said)));
+  });
+}
+
+// Waits until a page gives something; what it gives may be a promise.
+export async function until(tab, given, mostMillis) {
+  const end = Date.now() + mostMillis;
+  while (Date.now() < end) {
+    const found = await tab.evaluate(given);
+    if (found) return found;
+    await tab.waitForTimeout(10);
+  }
+  throw new Error(`in vain: ${given}`);
 }

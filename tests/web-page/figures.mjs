@@ -7,44 +7,21 @@
 // for the first time.
 //
 // Exit codes: 0 done, 1 something could not be drawn, 2 usage.
-import { spawn } from 'node:child_process';
 import { readFileSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { serve as serveThree } from '../../tools/web/silmap-three/serve.mjs';
-import { launchOnDisplay } from './browser.mjs';
+import { launchOnDisplay, serveViewer, until as untilIn } from './browser.mjs';
 
 const SIZE = { width: 640, height: 480 };
 const PICTURES = 30;
 const TIMEOUT_MS = 300_000;
+const until = (tab, given) => untilIn(tab, given, TIMEOUT_MS);
 
 const [page, asset, viewer, model] = process.argv.slice(2);
 if (!model || process.argv.length > 6) {
   console.error('usage: node figures.mjs PAGE ASSET.glb VIEWER MODEL.ply');
   process.exit(2);
-}
-
-function serveViewer() {
-  const server = spawn(viewer, [asset, '--web', '--page', page], { stdio: ['ignore', 'ignore', 'pipe'] });
-  return new Promise((resolve, reject) => {
-    let said = '';
-    server.stderr.on('data', (text) => {
-      said += text;
-      const found = said.match(/http:\S+/);
-      if (found) resolve({ server, address: found[0] });
-    });
-    server.on('exit', () => reject(new Error(said)));
-  });
-}
-
-async function until(tab, given) {
-  const end = Date.now() + TIMEOUT_MS;
-  while (Date.now() < end) {
-    const found = await tab.evaluate(given);
-    if (found) return found;
-    await tab.waitForTimeout(10);
-  }
-  throw new Error(`in vain: ${given}`);
 }
 
 const heap = (tab) => tab.evaluate(() => performance.memory.usedJSHeapSize);
@@ -91,7 +68,7 @@ const mebibytes = (bytes) => (bytes / 2 ** 20).toFixed(2);
 const millis = (time) => (time < 0 ? '–' : time.toFixed(time < 10 ? 1 : 0));
 
 async function main() {
-  const { server, address } = await serveViewer();
+  const { server, address } = await serveViewer(viewer, page, asset);
   const three = await serveThree({ '/asset.glb': asset, '/model.ply': model });
   try {
     console.log('| page | program, MiB as sent | model, MiB | first picture, ms | a picture, ms | of these the page\'s thread | until drawn | heap, MiB | program\'s memory, MiB |');

@@ -7,18 +7,19 @@
 // picture are printed.
 //
 // Exit codes: 0 all is as it should be, 1 it is not, 2 usage.
-import { execFileSync, spawn } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { PNG } from 'pngjs';
-import { compare, launchOnDisplay } from './browser.mjs';
+import { compare, launchOnDisplay, serveViewer, until as untilIn } from './browser.mjs';
 
 const SIZE = 400;
 const EYES = ['1.5,1,3', '-2.2,0.6,1.4'];
 const TURNED = '1.45,1,3.03';
 const LIMITS = { steps: 10, offAtMost: 0.02 };
 const TIMEOUT_MS = 120_000;
+const until = (tab, given) => untilIn(tab, given, TIMEOUT_MS);
 
 const [page, asset, viewer, silmap, kept] = process.argv.slice(2);
 if (!silmap || process.argv.length > 7) {
@@ -33,21 +34,6 @@ function expect(is, what) {
   faults += 1;
 }
 
-// The viewer's own server, and its address.
-function serve(file) {
-  const server = spawn(viewer, [file, '--web', '--page', page], { stdio: ['ignore', 'ignore', 'pipe'] });
-  const address = new Promise((resolve, reject) => {
-    let said = '';
-    server.stderr.on('data', (text) => {
-      said += text;
-      const found = said.match(/http:\S+/);
-      if (found) resolve(found[0]);
-    });
-    server.on('exit', () => reject(new Error(said)));
-  });
-  return { server, address };
-}
-
 const look = (eye) => ({ eye, target: '0,0,0', fov: '40' });
 
 function native(eye, folder) {
@@ -55,17 +41,6 @@ function native(eye, folder) {
   execFileSync(silmap, ['render', asset, `--eye=${eye}`, '--target=0,0,0', '--fov', '40', '--size', `${SIZE}x${SIZE}`,
     '--background', '#f4f5f7', '-o', file], { stdio: ['ignore', 'ignore', 'pipe'] });
   return PNG.sync.read(readFileSync(file)).data;
-}
-
-// Waits until the page gives something; what it gives may be a promise.
-async function until(tab, given) {
-  const end = Date.now() + TIMEOUT_MS;
-  while (Date.now() < end) {
-    const found = await tab.evaluate(given);
-    if (found) return found;
-    await tab.waitForTimeout(20);
-  }
-  throw new Error(`in vain: ${given}`);
 }
 
 // Waits for the first picture, and returns the milliseconds that it took.
@@ -179,10 +154,10 @@ async function main() {
   mkdirSync(folder, { recursive: true });
   const served = join(work, 'asset.glb');
   copyFileSync(asset, served);
-  const { server, address } = serve(served);
+  const { server, address } = await serveViewer(viewer, page, served);
   const browser = await launchOnDisplay();
   try {
-    for (const backend of ['webgpu', 'webgl2']) await drive(browser, await address, backend, folder);
+    for (const backend of ['webgpu', 'webgl2']) await drive(browser, address, backend, folder);
   } finally {
     await browser.close();
     server.kill();

@@ -5,7 +5,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// Most bytes that are read of one file. A mesh of as many faces as can be counted here would be larger, but none that its memory
 /// would suffice for.
@@ -39,6 +39,17 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 pub fn read_text(path: &Path) -> io::Result<String> {
     String::from_utf8(read(path)?)
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
+}
+
+/// Reads files that lie beside another one, by the names that it has for them, as `asset::read_with` asks for. Names that lead out of its
+/// folder are not followed.
+pub fn beside(path: &Path) -> impl Fn(&str) -> Option<Vec<u8>> + use<> {
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    move |name: &str| {
+        let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+        let is_plain = Path::new(name).components().all(is_plain);
+        is_plain.then(|| read(&folder.join(name)).ok()).flatten()
+    }
 }
 
 /// Reads to the end. `expected` is the length that the input claims: an input may be refused for it, but it is not relied on.

@@ -122,7 +122,8 @@ pub enum Background {
 
 impl Background {
     /// The colour that stands for it, linear and premultiplied.
-    pub(crate) fn clear_colour(self) -> wgpu::Color {
+    #[must_use]
+    pub fn clear_colour(self) -> wgpu::Color {
         match self {
             Self::Transparent => wgpu::Color::TRANSPARENT,
             Self::Colour(encoded) => {
@@ -180,7 +181,7 @@ pub struct ShadowParams {
 }
 
 /// One frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FrameParams {
     /// The eye and the image.
     pub camera: Camera,

@@ -1,6 +1,6 @@
 //! Reading assets and models, with the file's name in every error.
 
-use std::path::{Component, Path};
+use std::path::Path;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
@@ -40,7 +40,7 @@ pub(crate) fn read_text(path: &Path) -> anyhow::Result<String> {
 /// One sentence with the file's name.
 pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
     let bytes = read(path)?;
-    let asset = match asset::read_with(&bytes, &beside(path)) {
+    let asset = match asset::read_with(&bytes, &input::beside(path)) {
         Ok(asset) => asset,
         Err(_) if mesh_io::is_plain_mesh(path, &bytes) => bail!(
             "{}: it is a mesh, and an asset is needed: make one with `silmap build {} -o {}`",
@@ -51,19 +51,6 @@ pub(crate) fn read_asset(path: &Path) -> anyhow::Result<(Asset, Vec<u8>)> {
         Err(error) => return Err(error).with_context(|| path.display().to_string()),
     };
     Ok((asset, bytes))
-}
-
-/// Reads files beside an asset, which another program may have taken apart. Names that lead out of its folder are not followed.
-pub(crate) fn beside(path: &Path) -> impl Fn(&str) -> Option<Vec<u8>> {
-    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    move |name: &str| {
-        let is_plain = Path::new(name)
-            .components()
-            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-        is_plain
-            .then(|| input::read(&folder.join(name)).ok())
-            .flatten()
-    }
 }
 
 /// Reads a closed model and prints its warnings.

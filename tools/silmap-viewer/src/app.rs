@@ -50,7 +50,7 @@ impl App {
         let look = match context.storage.and_then(|s| s.get_string(LEFT_AS)) {
             Some(link) if !start.is_given => {
                 // A link of another version that is not understood is as good as none.
-                let mut look = Look::read_link(&link, &[]).unwrap_or_default();
+                let mut look = Look::read_link(&link).unwrap_or_default();
                 // Where the eye was belongs to what was shown.
                 look.pose = None;
                 look.keep = None;

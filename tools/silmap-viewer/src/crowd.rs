@@ -3,12 +3,12 @@
 use glam::{DQuat, DVec3};
 use silmap_geometry::Camera;
 use silmap_gpu::Gpu;
-use silmap_map::{Asset, BoundingSphere};
+use silmap_map::{Asset, BoundingSphere, Method};
 use silmap_runtime::{
     DepthDirection, DepthTarget, FrameStats, Instance, LoadedAsset, Paint, Renderer,
     RendererOptions, TargetFormats, Transform, View,
 };
-use silmap_study::{Mode, RenderError};
+use silmap_study::{Background, PictureOptions, RenderError};
 
 const SAMPLES: u32 = 4;
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
@@ -20,12 +20,15 @@ const SPACING_REL: f64 = 2.1;
 const NEAR_REL: f64 = 0.05;
 
 /// A frame of many instances.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CrowdParams {
     pub(crate) camera: Camera,
     pub(crate) count: u32,
+    pub(crate) method: Method,
     pub(crate) paint: Paint,
-    pub(crate) background: wgpu::Color,
+    pub(crate) background: Background,
+    /// The direction to a light that shines instead of the studio's.
+    pub(crate) light: Option<DVec3>,
 }
 
 /// The sphere about so many instances of a model, the first of which is in its place.
@@ -66,17 +69,15 @@ impl Crowd {
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        (view, format): (&wgpu::TextureView, wgpu::TextureFormat),
-        (params, asset): (&CrowdParams, Option<&Asset>),
+        (view, options): (&wgpu::TextureView, &PictureOptions),
+        (params, asset): (&CrowdParams, &Asset),
     ) -> Result<(), RenderError> {
-        let mode = Mode::Clipped;
-        let asset = asset.ok_or(RenderError::NoAsset { mode })?;
-        if self.ready.is_none() {
-            self.ready = Some(Ready::new(gpu, format, asset)?);
-        }
-        let Some(ready) = &mut self.ready else {
-            return Ok(());
+        let is_by_it = |ready: &Ready| ready.renderer.options().method == Some(params.method);
+        let ready = match self.ready.take().filter(is_by_it) {
+            Some(ready) => ready,
+            None => Ready::new(gpu, options, (params.method, asset))?,
         };
+        let ready = self.ready.insert(ready);
         ready.stand(params.count);
         ready.record(gpu, encoder, view, params)?;
         gpu.check()?;
@@ -90,17 +91,26 @@ impl Crowd {
 }
 
 impl Ready {
-    fn new(gpu: &Gpu, format: wgpu::TextureFormat, asset: &Asset) -> Result<Self, RenderError> {
+    fn new(
+        gpu: &Gpu,
+        options: &PictureOptions,
+        (method, asset): (Method, &Asset),
+    ) -> Result<Self, RenderError> {
         let formats = TargetFormats {
-            colour: Some(format),
+            colour: Some(options.target_format),
             depth: Some(DepthTarget {
                 format: DEPTH,
-                direction: DepthDirection::Reversed,
+                direction: DepthDirection::Forward,
             }),
             samples: SAMPLES,
         };
-        let renderer = Renderer::new(&gpu.device, RendererOptions::new(formats))
-            .expect("invariant: the options go together");
+        let options = RendererOptions {
+            method: Some(method),
+            relight: options.relight,
+            ..RendererOptions::new(formats)
+        };
+        let renderer =
+            Renderer::new(&gpu.device, options).expect("invariant: the options go together");
         let asset = renderer.load(&gpu.device, &gpu.queue, asset)?;
         Ok(Self {
             renderer,
@@ -136,23 +146,18 @@ impl Ready {
         let camera = &params.camera;
         let size_px = (camera.width_px, camera.height_px);
         let model = self.asset.bounds();
-        let all = sphere_of(model_sphere(&model), params.count);
+        let all = sphere_of(model, params.count);
         let distance = camera.eye.distance(all.center);
         let near = (distance - all.radius).max(NEAR_REL * model.radius);
         let far = distance + all.radius;
-        // Reversed: near at one, far at zero.
-        let mut clip_from_world = camera.clip_from_object(near, far);
-        let (z, w) = (clip_from_world.row(2), clip_from_world.row(3));
-        let mut rows = [0, 1, 2, 3].map(|i| clip_from_world.row(i));
-        rows[2] = w - z;
-        clip_from_world = glam::DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
         let view = View {
-            clip_from_world,
+            clip_from_world: camera.clip_from_object(near, far),
             size_px,
         };
         let instances: Vec<_> = (self.transforms.iter())
             .map(|&transform| Instance {
                 paint: params.paint,
+                light: params.light,
                 ..Instance::new(&self.asset, transform)
             })
             .collect();
@@ -177,14 +182,14 @@ impl Ready {
                 depth_slice: None,
                 resolve_target: Some(target),
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(params.background),
+                    load: wgpu::LoadOp::Clear(params.background.clear_colour()),
                     store: wgpu::StoreOp::Discard,
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: depth,
                 depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
+                    load: wgpu::LoadOp::Clear(1.0),
                     store: wgpu::StoreOp::Discard,
                 }),
                 stencil_ops: Some(wgpu::Operations {
@@ -197,10 +202,6 @@ impl Ready {
         self.renderer.draw(&mut pass);
         Ok(())
     }
-}
-
-fn model_sphere(bounds: &BoundingSphere) -> BoundingSphere {
-    *bounds
 }
 
 fn samples(

@@ -1,7 +1,7 @@
 //! Files on this machine: an asset is read, a mesh is shown and then built to an asset, on a thread of its own.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -60,7 +60,7 @@ fn load(opened: &Opened, teller: &Teller, stop: &AtomicBool) -> anyhow::Result<O
         );
     }
     let bytes = input::read(path).with_context(named)?;
-    let read = asset::read_with(&bytes, &beside(path));
+    let read = asset::read_with(&bytes, &input::beside(path));
     // Anything else is an asset, with something wrong.
     let is_no_asset = |error: &AssetError| {
         matches!(
@@ -107,14 +107,7 @@ fn build(
     teller: &Teller,
     stop: &AtomicBool,
 ) -> anyhow::Result<Option<Scene>> {
-    let loaded = mesh_io::load_bytes(path, bytes, &LoadOptions::default());
-    let loaded = loaded.with_context(|| {
-        format!(
-            "`silmap build {} --repair --close-holes` may mend it",
-            path.display()
-        )
-    });
-    let loaded = loaded.map_err(swapped)?;
+    let loaded = mesh_io::load_bytes(path, bytes, &LoadOptions::default())?;
     let mut scene = Scene {
         name: file_name(path),
         bytes: bytes.len() as u64,
@@ -150,12 +143,7 @@ fn build(
         }
     };
     let watch = Watch::new(&listen, stop);
-    let params = BuildParams {
-        load: LoadOptions::default(),
-        view_radius_rel: 3.0,
-        ..BuildParams::default()
-    };
-    match pipeline::build(&loaded.mesh, &loaded.name, &params, &watch) {
+    match pipeline::build(&loaded.mesh, &loaded.name, &BuildParams::default(), &watch) {
         Ok((asset, report)) => {
             scene
                 .warnings
@@ -169,24 +157,7 @@ fn build(
     }
 }
 
-/// The error first and the advice after it, in one sentence.
-fn swapped(error: anyhow::Error) -> anyhow::Error {
-    anyhow::anyhow!("{}; {}", error.root_cause(), error)
-}
-
 fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
-}
-
-/// Reads files beside an asset. Names that lead out of its folder are not followed.
-fn beside(path: &Path) -> impl Fn(&str) -> Option<Vec<u8>> {
-    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    move |name: &str| {
-        let is_plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-        let is_plain = Path::new(name).components().all(is_plain);
-        is_plain
-            .then(|| input::read(&folder.join(name)).ok())
-            .flatten()
-    }
 }

@@ -1,14 +1,12 @@
 //! What is looked at and how: everything that a link, or a command line, reproduces.
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 use silmap_map::Method;
 use silmap_study::{Antialias, Mode, Paint};
 use thiserror::Error;
 
 /// How one picture is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     /// The hull clipped to its outline: the method itself.
     Clipped,
@@ -116,7 +114,7 @@ impl Named for Antialias {
 }
 
 /// What is drawn over the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Overlays {
     /// The outline as lines.
     pub outline: bool,
@@ -243,11 +241,11 @@ fn in_text(v: DVec3) -> String {
 }
 
 impl Look {
-    /// Takes over what a link says, `key=value` with `&` between; other keys than those in `others` are refused.
+    /// Takes over what a link says, `key=value` with `&` between.
     ///
     /// # Errors
     /// At the first key or value that is not understood.
-    pub fn read_link(link: &str, others: &[&str]) -> Result<Self, LinkError> {
+    pub fn read_link(link: &str) -> Result<Self, LinkError> {
         let mut look = Self::default();
         let mut pose = Pose {
             eye: DVec3::ZERO,
@@ -310,7 +308,6 @@ impl Look {
                         *flag.ok_or_else(|| wrong(wanted))?.2 = true;
                     }
                 }
-                other if others.contains(&other) => {}
                 other => {
                     let key = other.to_owned();
                     return Err(LinkError::Key { key });
@@ -388,7 +385,7 @@ mod tests {
     #[test]
     fn a_link_says_everything_and_nothing_by_default() {
         assert_eq!(Look::default().link(), "");
-        assert_eq!(Look::read_link("", &[]), Ok(Look::default()));
+        assert_eq!(Look::read_link(""), Ok(Look::default()));
         let look = Look {
             shown: Shown::Original,
             beside: Some(Shown::Clipped),
@@ -412,22 +409,13 @@ mod tests {
                 fov_y_degrees: Some(20.5),
             }),
         };
-        assert_eq!(
-            Look::read_link(&look.link(), &[]),
-            Ok(look),
-            "{}",
-            look.link()
-        );
+        assert_eq!(Look::read_link(&look.link()), Ok(look), "{}", look.link());
     }
 
     #[test]
     fn what_is_not_understood_is_named() {
-        let message = |link: &str| {
-            Look::read_link(link, &["asset"])
-                .map(|_| ())
-                .map_err(|e| e.to_string())
-        };
-        assert_eq!(message("asset=x.glb&eye=0,0,2"), Ok(()));
+        let message = |link: &str| Look::read_link(link).map(|_| ()).map_err(|e| e.to_string());
+        assert_eq!(message("eye=0,0,2&"), Ok(()));
         assert_eq!(
             message("eye=1,2"),
             Err("\"eye=1,2\": three finite numbers with commas between them are wanted".into())

@@ -88,7 +88,7 @@ mod desktop {
         /// How many views the map keeps
         #[arg(long, value_name = "N")]
         keep: Option<String>,
-        /// A view as "Copy a link to this view" gives it; other options go before it
+        /// A view as "Copy a link to this view" gives it; other options win
         #[arg(long, value_name = "LINK", allow_hyphen_values = true)]
         look: Option<String>,
         /// Serve it as a page for the browser, on this machine alone, and print its address
@@ -130,7 +130,7 @@ mod desktop {
     pub(crate) fn main() -> ExitCode {
         let args = Args::parse();
         let link = args.link();
-        let look = Look::read_link(&link, &[]).unwrap_or_else(|error| {
+        let look = Look::read_link(&link).unwrap_or_else(|error| {
             let command = <Args as clap::CommandFactory>::command();
             let mut command = command.bin_name("silmap view");
             command.error(ErrorKind::ValueValidation, error).exit()

@@ -50,7 +50,7 @@ impl Page {
             }
         }
         let link = pairs.join("&");
-        let look = Look::read_link(&link, &[]).map_err(|error| JsValue::from(error.to_string()))?;
+        let look = Look::read_link(&link).map_err(|error| JsValue::from(error.to_string()))?;
         let start = Start {
             look,
             is_given: !link.is_empty() || asset.is_some(),
@@ -163,7 +163,7 @@ impl Page {
     /// # Errors
     /// When it is not understood.
     pub fn look(&self, query: &str) -> Result<(), JsValue> {
-        let look = Look::read_link(query, &[]).map_err(|e| JsValue::from(e.to_string()))?;
+        let look = Look::read_link(query).map_err(|e| JsValue::from(e.to_string()))?;
         if let Some(mut app) = self.runner.app_mut::<App>() {
             app.viewer.take_look(look);
             app.context.request_repaint();

@@ -101,8 +101,11 @@ fn asset_controls(viewer: &mut Viewer, ui: &mut Ui) {
     let can_use = |choice: MethodChoice| has_depth || choice.0 != Some(silmap_map::Method::Tight);
     choice(ui, "Method", &mut viewer.look.method, can_use);
     choice(ui, "Paint", &mut viewer.look.paint, |_: Paint| true);
-    choice(ui, "Edges", &mut viewer.look.antialias, |_: Antialias| true);
     let mut is_many = viewer.look.instances > 1;
+    // Many are always drawn by samples.
+    ui.add_enabled_ui(!is_many, |ui| {
+        choice(ui, "Edges", &mut viewer.look.antialias, |_: Antialias| true);
+    });
     if ui.checkbox(&mut is_many, "A thousand instances").changed() {
         viewer.set_instances(if is_many { 1000 } else { 1 });
     }
@@ -112,11 +115,12 @@ fn asset_controls(viewer: &mut Viewer, ui: &mut Ui) {
     if let Some(all) = whole.map(|a| a.map.views.len() as u32).filter(|_| can_keep) {
         let mut keep = viewer.look.keep.unwrap_or(all).min(all);
         let least = 8.min(all);
-        if ui
-            .add(Slider::new(&mut keep, least..=all).text("Views"))
-            .changed()
-        {
+        let slider = ui.add(Slider::new(&mut keep, least..=all).text("Views"));
+        if slider.changed() {
             viewer.look.keep = (keep < all).then_some(keep);
+        }
+        // The asset is loaded anew for it: not for each number that is dragged over.
+        if slider.drag_stopped() || slider.changed() && !slider.dragged() {
             viewer.apply_keep();
         }
     }

@@ -107,8 +107,13 @@ fn encoded(name: &str) -> String {
         .collect()
 }
 
-fn header(name: &str, value: &str) -> Option<Header> {
-    Header::from_bytes(name.as_bytes(), value.as_bytes()).ok()
+/// A file as an answer.
+fn file(bytes: Vec<u8>, headers: &[(&str, &str)]) -> Response<Cursor<Vec<u8>>> {
+    // All of them are known, and none is refused.
+    let headers = headers
+        .iter()
+        .filter_map(|(name, value)| Header::from_bytes(*name, *value).ok());
+    headers.fold(Response::from_data(bytes), Response::with_header)
 }
 
 fn type_of(path: &Path) -> &'static str {
@@ -131,43 +136,31 @@ fn answer(request: Request, page: &Path, asset: Option<&(String, Vec<u8>)>) -> s
         path.trim_start_matches('/')
     };
     if let Some((of, bytes)) = asset.filter(|(of, _)| name == format!("asset/{}", encoded(of))) {
-        let mut response = Response::from_data(bytes.as_slice());
-        response.headers_mut_add(header("Content-Type", type_of(Path::new(of))));
-        return request.respond(response);
+        let kind = type_of(Path::new(of));
+        return request.respond(file(bytes.clone(), &[("Content-Type", kind)]));
     }
     let is_plain = |part| matches!(part, Component::Normal(_));
-    let file = page.join(name);
-    if !Path::new(name).components().all(is_plain) || !file.is_file() {
+    let path = page.join(name);
+    if !Path::new(name).components().all(is_plain) || !path.is_file() {
         return request.respond(Response::from_string("not found").with_status_code(404));
     }
     let takes_gzip = request
         .headers()
         .iter()
         .any(|h| h.field.equiv("Accept-Encoding") && h.value.as_str().contains("gzip"));
-    let mut packed = file.clone().into_os_string();
+    let mut packed = path.clone().into_os_string();
     packed.push(".gz");
     let packed = PathBuf::from(packed);
-    let is_packed = takes_gzip && packed.is_file();
-    let bytes = std::fs::read(if is_packed { &packed } else { &file })?;
-    let mut response = Response::from_data(bytes);
-    response.headers_mut_add(header("Content-Type", type_of(&file)));
-    if is_packed {
-        response.headers_mut_add(header("Content-Encoding", "gzip"));
-    }
-    request.respond(response)
-}
-
-/// Adds a header that is one.
-trait AddHeader {
-    fn headers_mut_add(&mut self, header: Option<Header>);
-}
-
-impl AddHeader for Response<Cursor<Vec<u8>>> {
-    fn headers_mut_add(&mut self, header: Option<Header>) {
-        if let Some(header) = header {
-            self.add_header(header);
-        }
-    }
+    let kind = ("Content-Type", type_of(&path));
+    let answer = if takes_gzip && packed.is_file() {
+        file(
+            std::fs::read(&packed)?,
+            &[kind, ("Content-Encoding", "gzip")],
+        )
+    } else {
+        file(std::fs::read(&path)?, &[kind])
+    };
+    request.respond(answer)
 }
 
 #[cfg(test)]

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use silmap_geometry::TriangleMesh;
 use silmap_gpu::{Gpu, GpuError};
 use silmap_map::Asset;
-use silmap_study::{FrameParams, PictureOptions, PictureRenderer, RenderError};
+use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer, RenderError};
 
 use crate::blit::{Blit, PictureCallback, Placed};
 use crate::crowd::{Crowd, CrowdParams};
 
 /// What one picture shows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Picture {
     /// One model.
     Single(FrameParams),
@@ -22,9 +22,9 @@ pub(crate) enum Picture {
 }
 
 /// What a picture was drawn with, to see whether it is still right.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 struct Drawn {
-    description: String,
+    picture: Picture,
     generation: u64,
 }
 
@@ -121,10 +121,6 @@ impl Stage {
         size_px: (u32, u32),
         (picture, asset): (&Picture, Option<&Asset>),
     ) -> Result<bool, RenderError> {
-        let drawn = Drawn {
-            description: format!("{picture:?}"),
-            generation: self.generation,
-        };
         let target = self.targets[pane].take();
         let mut target = match target {
             Some(target) if target.size_px == size_px => target,
@@ -133,15 +129,17 @@ impl Stage {
                 Target::new(&self.gpu.device, size_px, self.options.target_format)
             }
         };
-        if target.drawn.as_ref() == Some(&drawn) {
+        let is_it =
+            |drawn: &Drawn| drawn.generation == self.generation && drawn.picture == *picture;
+        if target.drawn.as_ref().is_some_and(is_it) {
             self.targets[pane] = Some(target);
             return Ok(false);
         }
-        target.drawn = None;
         let made = self.record(&target.view, picture, asset);
-        if made.is_ok() {
-            target.drawn = Some(drawn);
-        }
+        target.drawn = made.is_ok().then(|| Drawn {
+            picture: picture.clone(),
+            generation: self.generation,
+        });
         self.targets[pane] = Some(target);
         made.map(|()| true)
     }
@@ -161,8 +159,15 @@ impl Stage {
                 (self.renderer).record(&self.gpu, &mut encoder, view, params)?;
             }
             Picture::Crowd(params) => {
-                let format = self.options.target_format;
-                (self.crowd).record(&self.gpu, &mut encoder, (view, format), (params, asset))?;
+                let asset = asset.ok_or(RenderError::NoAsset {
+                    mode: Mode::Clipped,
+                })?;
+                (self.crowd).record(
+                    &self.gpu,
+                    &mut encoder,
+                    (view, &self.options),
+                    (params, asset),
+                )?;
             }
         }
         self.gpu.queue.submit([encoder.finish()]);

@@ -236,39 +236,32 @@ fn take_keys(viewer: &mut Viewer, ui: &Ui, id: Id, has_focus: bool) {
 /// What a pane shows.
 pub(crate) fn picture(viewer: &Viewer, shown: Shown, camera: &Camera) -> Picture {
     let background = Background::Colour(BACKGROUND);
+    let mode = shown.mode();
+    let method = viewer.scene.method(viewer.look.method.0);
+    let can_be_lit = viewer.stage.as_ref().is_some_and(|s| s.can_relight());
+    let is_lit = can_be_lit && (mode.shows_hull() || shown == Shown::Original);
+    let light = viewer.look.light.filter(|_| is_lit);
     if viewer.look.instances > 1 && shown == Shown::Clipped {
         return Picture::Crowd(CrowdParams {
             camera: *camera,
             count: viewer.look.instances,
+            method,
             paint: viewer.look.paint,
-            background: linear(BACKGROUND),
+            background,
+            light,
         });
     }
-    let mode = shown.mode();
-    let can_be_lit = viewer.stage.as_ref().is_some_and(|s| s.can_relight());
     Picture::Single(FrameParams {
         camera: *camera,
         mode,
-        method: viewer.scene.method(viewer.look.method.0),
+        method,
         paint: viewer.look.paint,
         antialias: viewer.look.antialias,
         background,
         edges: EdgeParams::default(),
-        light: viewer
-            .look
-            .light
-            .filter(|_| can_be_lit && (mode.shows_hull() || shown == Shown::Original)),
+        light,
         shadow: None,
     })
-}
-
-fn linear(encoded: [u8; 3]) -> wgpu::Color {
-    let [r, g, b] = encoded.map(|c| {
-        f64::from(silmap_geometry::lighting::linear_from_srgb(
-            f32::from(c) / 255.0,
-        ))
-    });
-    wgpu::Color { r, g, b, a: 1.0 }
 }
 
 fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camera: &Camera) {

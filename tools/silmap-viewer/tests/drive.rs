@@ -92,7 +92,7 @@ impl Window {
     fn open(name: &str, model: Option<&str>, link: &str) -> Self {
         let files = Files::get();
         let start = Start {
-            look: Look::read_link(link, &[]).unwrap(),
+            look: Look::read_link(link).unwrap(),
             is_given: true,
             is_bare: false,
             file: Some(Opened {
@@ -211,7 +211,7 @@ fn the_picture_is_the_one_that_render_draws() {
     );
     let seen = window.picture();
     let link = window.app().link();
-    let look = Look::read_link(&link, &[]).unwrap();
+    let look = Look::read_link(&link).unwrap();
     let pose = look.pose.unwrap();
     let asset = window.app().scene().asset.clone().unwrap();
     let gpu = pollster::block_on(silmap_gpu::Gpu::request()).unwrap();
@@ -281,6 +281,20 @@ fn each_control_changes_what_it_says() {
     differs(&mut window, "hard edges", 1e-4);
     window.choose("Edges", "Soft");
     differs(&mut window, "soft edges", 1e-4);
+    (window
+        .harness
+        .get_by_role_and_label(egui::Role::Slider, "Views"))
+    .set_value_accesskit(8.0);
+    window.harness.run_steps(3);
+    assert_eq!(window.app().look().keep, Some(8));
+    differs(&mut window, "eight views", 1e-4);
+    (window
+        .harness
+        .get_by_role_and_label(egui::Role::Slider, "Views"))
+    .set_value_accesskit(32.0);
+    window.harness.run_steps(3);
+    assert_eq!(window.app().look().keep, None);
+    differs(&mut window, "all views", 1e-4);
     for (overlay, least) in [
         ("Outline", 1e-3),
         ("Current triangle and its contours", 0.01),
@@ -308,9 +322,12 @@ fn each_control_changes_what_it_says() {
     differs(&mut window, "the view from the left", 0.02);
     window.click("A thousand instances");
     differs(&mut window, "a thousand instances", 0.02);
-    window.click("A thousand instances");
     window.click("Move the light");
-    differs(&mut window, "the light", 0.01);
+    differs(&mut window, "the light of many", 0.005);
+    window.click("A thousand instances");
+    differs(&mut window, "one of them", 0.02);
+    window.click("Move the light");
+    differs(&mut window, "the light of one", 0.01);
 }
 
 /// Takes the picture as it is now for the next comparison.
@@ -331,15 +348,9 @@ fn mouse_and_keys_move_the_camera() {
         ("move", PointerButton::Primary, Modifiers::SHIFT),
     ];
     for (what, button, modifiers) in ways {
-        let before = Look::read_link(&window.app().link(), &[])
-            .unwrap()
-            .pose
-            .unwrap();
+        let before = Look::read_link(&window.app().link()).unwrap().pose.unwrap();
         window.drag(center, by, button, modifiers);
-        let after = Look::read_link(&window.app().link(), &[])
-            .unwrap()
-            .pose
-            .unwrap();
+        let after = Look::read_link(&window.app().link()).unwrap().pose.unwrap();
         let has_moved = after.target.unwrap().distance(before.target.unwrap()) > 1e-3;
         let has_turned = after.eye.distance(before.eye) > 1e-3 && !has_moved;
         let has_rolled = after.up != before.up;
@@ -370,12 +381,7 @@ fn mouse_and_keys_move_the_camera() {
         assert_ne!(window.app().link(), before, "{key:?}");
     }
     assert_ne!(window.app().link(), framed);
-    let view = |window: &Window| {
-        Look::read_link(&window.app().link(), &[])
-            .unwrap()
-            .pose
-            .unwrap()
-    };
+    let view = |window: &Window| Look::read_link(&window.app().link()).unwrap().pose.unwrap();
     let before = view(&window);
     window.harness.hover_at(center);
     window.harness.event(egui::Event::MouseWheel {
@@ -391,6 +397,46 @@ fn mouse_and_keys_move_the_camera() {
         near(&view(&window)) < near(&before),
         "the wheel comes nearer"
     );
+    // Two fingers that part and turn: nearer, and the picture turns with them.
+    window.press(Key::Num1);
+    let before = view(&window);
+    let touch = |id: u64, phase, at: egui::Vec2| egui::Event::Touch {
+        device_id: egui::TouchDeviceId(0),
+        id: egui::TouchId(id),
+        phase,
+        pos: center + at,
+        force: None,
+    };
+    use egui::TouchPhase::{End, Move, Start};
+    let fingers = |turn: f32, apart: f32| apart * egui::Vec2::angled(turn);
+    for (id, side) in [(1, 1.0), (2, -1.0)] {
+        window
+            .harness
+            .event(touch(id, Start, side * fingers(0.0, 60.0)));
+    }
+    window.harness.run_steps(1);
+    for step in 1..=8 {
+        let share = step as f32 / 8.0;
+        for (id, side) in [(1, 1.0), (2, -1.0)] {
+            let at = side * fingers(0.6 * share, 60.0 + 50.0 * share);
+            window.harness.event(touch(id, Move, at));
+        }
+        window.harness.run_steps(1);
+    }
+    for (id, side) in [(1, 1.0), (2, -1.0)] {
+        window
+            .harness
+            .event(touch(id, End, side * fingers(0.6, 110.0)));
+    }
+    window.harness.run_steps(2);
+    let after = view(&window);
+    assert!(
+        near(&after) < near(&before),
+        "fingers that part come nearer"
+    );
+    // The picture has turned clockwise with them: what is up in it now was on its upper left.
+    let up = after.up.unwrap();
+    assert!(up.x < -0.3 && up.y > 0.5, "the picture turned by {up}");
 }
 
 #[test]

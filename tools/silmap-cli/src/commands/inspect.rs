@@ -8,7 +8,7 @@ use silmap_report::coverage_map;
 
 use crate::args::InspectArgs;
 use crate::commands::build::TextureJson;
-use crate::files::{beside, read_asset};
+use crate::files::read_asset;
 use crate::numbers::{coordinate, point};
 use crate::output::{self, OutputFile};
 
@@ -124,7 +124,7 @@ struct ViewJson {
 
 pub(crate) fn run(args: &InspectArgs) -> anyhow::Result<()> {
     let (asset, bytes) = read_asset(&args.asset)?;
-    let sizes = asset::sizes_with(&bytes, &beside(&args.asset))?;
+    let sizes = asset::sizes_with(&bytes, &silmap_mesh_io::input::beside(&args.asset))?;
     let inspection = inspect(&asset, &sizes, args.full);
     if let Some(path) = &args.coverage {
         let file = OutputFile::check(path)?;

@@ -1,6 +1,6 @@
 //! Which outlines there are, which eyes they serve, and which are wanted.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec3, DVec4};
 use silmap_curve::block_cache::{BlockCache, KeptRef};
@@ -38,7 +38,8 @@ pub struct OutlineCells {
     /// Cells without an outline that eyes were in since the last were taken, and how far off what they use instead is.
     wanted: HashMap<CellKey, (Cell, f64)>,
     /// Cells whose outlines are being made.
-    pending: HashMap<CellKey, u32>,
+    pending: HashSet<CellKey>,
+    /// The same by the names of their requests.
     pending_cells: HashMap<u32, Cell>,
     next_request: u32,
 }
@@ -56,7 +57,7 @@ impl OutlineCells {
             error: ReuseError { allowed_px },
             kept: BlockCache::new(texels),
             wanted: HashMap::new(),
-            pending: HashMap::new(),
+            pending: HashSet::new(),
             pending_cells: HashMap::new(),
             next_request: 0,
         }
@@ -103,7 +104,7 @@ impl OutlineCells {
         for (cell, _) in wanted {
             let name = self.next_request;
             self.next_request = self.next_request.wrapping_add(1);
-            self.pending.insert(cell.key, name);
+            self.pending.insert(cell.key);
             self.pending_cells.insert(name, cell);
             let Bearing {
                 direction: d,
@@ -155,7 +156,7 @@ impl OutlineCells {
             self.error
                 .bound_px(middle.angle_to(&bearing), cell.radius_px)
         });
-        if !self.pending.contains_key(&cell.key) {
+        if !self.pending.contains(&cell.key) {
             let wanted = self.wanted.entry(cell.key).or_insert((cell, off_px));
             wanted.1 = wanted.1.max(off_px);
         }
