@@ -55,7 +55,7 @@ pub enum FewerViewsError {
 }
 
 /// Between the options of the build and those of later calls in [`BuildRecord::options`].
-const THEN: &str = ", then --from with ";
+pub(crate) const THEN: &str = ", then --from with ";
 
 /// `asset` with as few views as `goal` says, and what remains of its order. Going down in several calls gives the same as in one.
 ///

@@ -8,6 +8,7 @@ pub mod dense_map;
 pub mod fewer_views;
 pub mod for_height;
 mod gaps;
+pub mod other_hull;
 mod part_outlines;
 pub mod parts;
 pub mod pipeline;

@@ -131,21 +131,7 @@ pub fn build_photographed(
 
     // A coarse mesh around the model, and pictures to put on it.
     let hull = timed(&mut seconds.hull, || {
-        let wider = seen.wider.as_ref();
-        let sequence = hull::build(wider.unwrap_or(model), &params.hull, watch)?;
-        let faces = params.hull.target_faces as usize;
-        let level = sequence.tightened_level(faces, params.tightening, watch)?;
-        let rounded = level.round();
-        let mut hull = CoarseHull {
-            positions: rounded.positions,
-            faces: rounded.faces,
-            surface_points: rounded.surface_points,
-            volume_ratio: rounded.volume_ratio,
-        };
-        if let Some(wider) = wider {
-            about_model(&mut hull, (model, &tree), wider);
-        }
-        Ok::<_, HullError>(hull)
+        hull_around((model, &tree), seen, params, watch)
     })?;
     let textures = timed(&mut seconds.textures, || {
         texture::bake_photographed(
@@ -172,12 +158,8 @@ pub fn build_photographed(
         }
     });
     warnings.extend(not_used);
-    warnings.extend(stall_warnings(params, &map_report, &hull));
-    if !hull_check.encloses {
-        let escaped_rel = hull_check.escaped_rel;
-        warnings.push(PrepWarning::HullLeaks { escaped_rel });
-    }
-    warnings.extend(over_budget(&params.textures, &textures));
+    warnings.extend(map_stalled(params, &map_report));
+    warnings.extend(hull_warnings(params, (&hull, &hull_check), &textures));
     let asset = asset::quantise(&Asset {
         record: record(whole.mesh(), name, (params, views), &map_report),
         map,
@@ -213,6 +195,30 @@ pub fn without_unseen(
         .flatten()
 }
 
+/// The coarse hull of a model, or of what is around it where that has room for more.
+pub(crate) fn hull_around(
+    (model, tree): (&ClosedMesh, &Bvh),
+    seen: &Photographed,
+    params: &BuildParams,
+    watch: &Watch<'_>,
+) -> Result<CoarseHull, HullError> {
+    let wider = seen.wider.as_ref();
+    let sequence = hull::build(wider.unwrap_or(model), &params.hull, watch)?;
+    let faces = params.hull.target_faces as usize;
+    let level = sequence.tightened_level(faces, params.tightening, watch)?;
+    let rounded = level.round();
+    let mut hull = CoarseHull {
+        positions: rounded.positions,
+        faces: rounded.faces,
+        surface_points: rounded.surface_points,
+        volume_ratio: rounded.volume_ratio,
+    };
+    if let Some(wider) = wider {
+        about_model(&mut hull, (model, tree), wider);
+    }
+    Ok(hull)
+}
+
 /// Makes sure that the model can be looked at from all places of the polytope.
 fn check_readable(dense: &SilhouetteMap, params: &BuildParams) -> Result<(), BuildError> {
     let eye = |v: u32| dense.views[v as usize].camera.eye - dense.center;
@@ -236,7 +242,11 @@ fn about_model(hull: &mut CoarseHull, (model, tree): (&ClosedMesh, &Bvh), wider:
 }
 
 /// Looks whether the hull in single precision encloses the model, or the model an inner one.
-fn check_hull(model: &ClosedMesh, hull: &CoarseHull, params: &BuildParams) -> VerifyReport {
+pub(crate) fn check_hull(
+    model: &ClosedMesh,
+    hull: &CoarseHull,
+    params: &BuildParams,
+) -> VerifyReport {
     let double = |&p: &[f32; 3]| Vec3::from(p).as_dvec3();
     let hull = TriangleMesh {
         positions: hull.positions.iter().map(double).collect(),
@@ -251,27 +261,28 @@ fn check_hull(model: &ClosedMesh, hull: &CoarseHull, params: &BuildParams) -> Ve
     hull::verify(inside, outside, &VerifyParams::default())
 }
 
-/// Targets that were not reached.
-fn stall_warnings(
+/// The warning about more views than were asked for.
+fn map_stalled(params: &BuildParams, map: &SimplifyMapReport) -> Option<PrepWarning> {
+    let (wanted, reached) = (params.map.keep, map.kept.len() as u32);
+    (params.map.max_error.is_none() && reached > wanted)
+        .then_some(PrepWarning::MapStalled { wanted, reached })
+}
+
+/// What was not reached with the hull and its pictures.
+pub(crate) fn hull_warnings(
     params: &BuildParams,
-    map: &SimplifyMapReport,
-    hull: &CoarseHull,
+    (hull, check): (&CoarseHull, &VerifyReport),
+    textures: &TextureSet,
 ) -> Vec<PrepWarning> {
-    let mut warnings = Vec::new();
-    let (kept, faces) = (map.kept.len() as u32, hull.faces.len() as u32);
-    if params.map.max_error.is_none() && kept > params.map.keep {
-        warnings.push(PrepWarning::MapStalled {
-            wanted: params.map.keep,
-            reached: kept,
-        });
-    }
-    if faces > params.hull.target_faces {
-        warnings.push(PrepWarning::HullStalled {
-            wanted: params.hull.target_faces,
-            reached: faces,
-        });
-    }
-    warnings
+    let (wanted, reached) = (params.hull.target_faces, hull.faces.len() as u32);
+    let stalled = (reached > wanted).then_some(PrepWarning::HullStalled { wanted, reached });
+    let escaped_rel = check.escaped_rel;
+    let leaks = (!check.encloses).then_some(PrepWarning::HullLeaks { escaped_rel });
+    let over_budget = over_budget(&params.textures, textures);
+    [stalled, leaks, over_budget]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// The warning about pictures that have more bytes than they should.

@@ -32,7 +32,7 @@ pub(crate) fn record(
 }
 
 /// The options as they would be typed.
-fn options_text(params: &BuildParams) -> String {
+pub(crate) fn options_text(params: &BuildParams) -> String {
     let goal = match params.map.max_error {
         Some(share) => format!("--max-error {}%", 100.0 * share),
         None => format!("--keep {}", params.map.keep),
