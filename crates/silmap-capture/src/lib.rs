@@ -53,6 +53,7 @@ mod error;
 mod field;
 mod find_mask;
 mod folder;
+mod for_asset;
 mod gains;
 mod json;
 mod lens;
@@ -104,6 +105,7 @@ pub use carve::{CARVE, CarveError, CarveParams, Carved, SURFACE, VOTES, carve_wi
 pub use drawing::{Drawing, DrawingFault};
 pub use error::{CaptureError, CaptureFault};
 pub use folder::{read, read_with};
+pub use for_asset::{Coloured, coloured, fitting_resolution_px, silhouettes_with_room};
 pub use gains::{GAINS, GainRange, even_out};
 pub use lens::{Distortion, Lens, Projection};
 pub use mask_file::MaskOptions;

@@ -19,7 +19,7 @@ use silmap_preprocess::recipe::Recipe;
 use silmap_preprocess::simplify_contour::SimplifyContourParams;
 
 use crate::args::{BackendArg, BuildArgs, CarveArgs, CoverageArg, usage_error};
-use crate::commands::captured::{self, CaptureJson, CarvedCapture};
+use crate::commands::captured::{CaptureJson, CarvedCapture};
 use crate::commands::{capture_check, capture_page, manifest, open_gpu};
 use crate::files::{check_model_of, load_model_with, load_options, read_asset};
 use crate::machine;
@@ -200,7 +200,8 @@ pub(crate) fn run(args: &BuildArgs) -> anyhow::Result<()> {
     }
     let params = recipe.map_or_else(
         || {
-            let fitting = (carved.as_ref()).map(|c| captured::fitting_resolution_px(&c.capture));
+            let fitting =
+                (carved.as_ref()).map(|c| silmap_capture::fitting_resolution_px(&c.capture));
             // What it is for is said, or else the photographs say it.
             let asked = args.capture.defaults();
             let fitting = fitting.filter(|_| asked.for_height_px.is_none());

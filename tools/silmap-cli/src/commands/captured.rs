@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use serde::Serialize;
 use silmap_capture::{
-    Capture, CaptureView, CaptureWarning, CarveParams, Carved, GainRange, ImageShift, MaskOptions,
-    Matrix34, Misread, Painted, ShiftKind, ViewPhotograph, carve, carve_wider, disagreeing,
-    even_out, image_shift, median, misread, paint, photographs, quantile, read_with, seen_outlines,
+    Capture, CaptureWarning, CarveParams, Carved, Coloured, GainRange, ImageShift, MaskOptions,
+    Matrix34, Misread, Painted, ShiftKind, ViewPhotograph, carve, coloured, disagreeing,
+    image_shift, median, misread, read_with, silhouettes_with_room,
 };
-use silmap_geometry::camera;
 use silmap_map::{CapturedView, SilhouetteMap};
 use silmap_mesh_io::{Loaded, check_output, encode_painted};
 use silmap_preprocess::pipeline::Photographed;
@@ -19,12 +18,6 @@ use crate::args::CarveArgs;
 use crate::output::OutputFile;
 use crate::progress::Progress;
 use crate::{interrupt, names, output};
-
-/// Photographs keep so many pixels a side for each of a texture view's.
-const PHOTOGRAPH_OVER_TEXTURE: u32 = 2;
-
-/// The hull has room for silhouettes that stray beyond the carved one by this share of its longest side, at most.
-const MOST_WIDER: f64 = 0.01;
 
 /// A capture and the hull that was carved from it.
 #[derive(Debug)]
@@ -219,20 +212,21 @@ impl CarvedCapture {
 
     fn paint(&mut self, texture_px: u32, odd: &mut Vec<CaptureWarning>) -> anyhow::Result<()> {
         let mesh = self.carved.mesh.clone();
-        let how = (mesh.origin(), PHOTOGRAPH_OVER_TEXTURE * texture_px);
-        let mut found =
-            Progress::new().watch(|watch| photographs(&self.capture, how, odd, watch))?;
-        if !found.is_empty() {
-            let about = (&mesh, &self.capture);
-            let range = Progress::new().watch(|watch| even_out(&mut found, about, odd, watch))?;
-            self.gains = Some(range);
-            let gains = found.iter().map(|p| (p.view, p.photograph.gain));
-            self.gain_of = gains.collect();
-        }
-        let (mesh, painted) = Progress::new().watch(|watch| paint(mesh, &found, watch))?;
+        let found =
+            Progress::new().watch(|watch| coloured(&self.capture, mesh, texture_px, odd, watch))?;
+        let Coloured {
+            mesh,
+            painted,
+            photographs,
+            gains,
+        } = found;
+        self.gain_of = (photographs.iter())
+            .map(|p| (p.view, p.photograph.gain))
+            .collect();
+        self.gains = gains;
         self.carved.mesh = mesh;
         self.painted = Some(painted);
-        self.photographs = found;
+        self.photographs = photographs;
         Ok(())
     }
 
@@ -305,22 +299,8 @@ impl CarvedCapture {
     /// # Errors
     /// When interrupted.
     pub(crate) fn photographed(&mut self) -> anyhow::Result<Photographed> {
-        let outlines = seen_outlines(&self.capture, &self.carved);
-        let bounds = self.carved.mesh.bounds();
-        let longest = (bounds.max - bounds.min).max_element();
-        // Most views are enough: a few bad masks would make the hull wide.
-        let beyond = quantile(outlines.iter().flatten().map(|o| o.beyond), 0.75).unwrap_or(0.0);
-        let size = (
-            beyond.min(MOST_WIDER * longest),
-            (longest / self.carved.voxel).ceil() as u32,
-        );
-        let wider =
-            Progress::new().watch(|watch| carve_wider(&self.capture, &self.carved, size, watch))?;
-        let silhouettes = outlines
-            .into_iter()
-            .flatten()
-            .map(|seen| seen.silhouette)
-            .collect();
+        let (silhouettes, wider) = Progress::new()
+            .watch(|watch| silhouettes_with_room(&self.capture, &self.carved, watch))?;
         let photographs = std::mem::take(&mut self.photographs).into_iter();
         Ok(Photographed {
             silhouettes,
@@ -366,12 +346,4 @@ impl CarvedCapture {
             }
         )
     }
-}
-
-/// The side of pictures in which a pixel is about one of most photographs', as large as the masks are in these, pixels.
-pub(crate) fn fitting_resolution_px(capture: &Capture) -> u32 {
-    let half_px = |view: &CaptureView| view.extent_px().map(|extent| 0.5 * extent.length());
-    let usual = median(capture.views.iter().filter_map(half_px)).unwrap_or(0.0);
-    let side = 2.0 * camera::FIT_MARGIN * usual;
-    (side as u32).next_multiple_of(64).clamp(256, 1024)
 }

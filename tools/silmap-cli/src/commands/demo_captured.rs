@@ -23,7 +23,7 @@ use silmap_study::{Background, FrameParams, Mode, PictureOptions, PictureRendere
 
 use crate::args::{CarveArgs, DemoArgs, ModelKind};
 use crate::commands::build::build_watched;
-use crate::commands::captured::{CarvedCapture, fitting_resolution_px};
+use crate::commands::captured::CarvedCapture;
 use crate::commands::generate::generate;
 use crate::commands::{demo, open_gpu};
 use crate::interrupt;
@@ -113,7 +113,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<()> {
     let mut carved = CarvedCapture::of(&capture, &CarveArgs::default(), textures.size_px)?;
     let params = BuildParams {
         textures,
-        resolution_px: fitting_resolution_px(&carved.capture),
+        resolution_px: silmap_capture::fitting_resolution_px(&carved.capture),
         ..demo::params(VIEWS, KEEP)
     };
     let seen = carved.photographed()?;

@@ -64,7 +64,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> anyhow::Result<()> {
         false => 1,
     };
     let every = args.every.map_or(usual, |every| every as usize);
-    let resolution_px = captured::fitting_resolution_px(&capture);
+    let resolution_px = silmap_capture::fitting_resolution_px(&capture);
     let params = LeaveOneOutParams {
         every,
         carve: CarveParams::default(),
