@@ -95,6 +95,15 @@ impl ErrorSlot {
         }
     }
 
+    /// What is there; only a lost device is there again the next time.
+    fn take(&self) -> Option<GpuError> {
+        let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*slot {
+            Some(lost @ GpuError::DeviceLost { .. }) => Some(lost.clone()),
+            _ => slot.take(),
+        }
+    }
+
     fn get(&self) -> Option<GpuError> {
         self.0
             .lock()
@@ -219,6 +228,14 @@ impl Gpu {
     pub fn check(&self) -> Result<(), GpuError> {
         self.errors.get().map_or(Ok(()), Err)
     }
+
+    /// As [`Gpu::check`] for a program that goes on with what the device still does: what it refused is said once.
+    ///
+    /// # Errors
+    /// The first error since the last call; that the device is lost at each call.
+    pub fn check_once(&self) -> Result<(), GpuError> {
+        self.errors.take().map_or(Ok(()), Err)
+    }
 }
 
 impl From<wgpu::Error> for GpuError {
@@ -286,8 +303,11 @@ mod tests {
         slot.record(refused("a"));
         slot.record(refused("b"));
         assert_eq!(slot.get(), Some(refused("a")));
+        assert_eq!(slot.take(), Some(refused("a")));
+        assert_eq!(slot.take(), None);
         slot.record(lost.clone());
         slot.record(refused("c"));
+        assert_eq!(slot.take(), Some(lost.clone()));
         assert_eq!(slot.get(), Some(lost));
     }
 
