@@ -2,33 +2,14 @@
 
 use egui::{Align2, Color32, FontId, Panel};
 
-use crate::loader::News;
-use crate::look::Look;
+use crate::loader::{Loading, News};
+use crate::making::Ready;
+use crate::start::{Opened, Start};
 use crate::viewer::Viewer;
-use crate::{bar, panel, viewport};
+use crate::{bar, left, panel, viewport};
 
 /// Under this width the controls lie below the picture.
 const NARROW: f32 = 640.0;
-
-/// The key under which it is kept how the window was left.
-const LEFT_AS: &str = "silmap-view";
-
-/// What the program is started with.
-#[derive(Debug, Default)]
-pub struct Start {
-    /// How it is looked at.
-    pub look: Look,
-    /// Whether a link or a command line said so; otherwise it opens as it was left.
-    pub is_given: bool,
-    /// Whether the picture is all there is, without a bar, controls and hints.
-    pub is_bare: bool,
-    /// What is opened.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub file: Option<crate::files::Opened>,
-    /// What is opened: an address, and what it is called.
-    #[cfg(target_arch = "wasm32")]
-    pub file: Option<String>,
-}
 
 /// The program.
 #[derive(Debug)]
@@ -41,22 +22,18 @@ pub struct App {
     /// What a page asked to be opened.
     #[cfg(target_arch = "wasm32")]
     pub(crate) pending_address: Option<String>,
+    /// What is shown, and what was asked for last.
+    opened: Option<Opened>,
+    pending: Option<Opened>,
 }
 
 impl App {
     /// In a window, or on a page.
     #[must_use]
     pub fn new(context: &eframe::CreationContext<'_>, start: Start) -> Self {
-        let look = match context.storage.and_then(|s| s.get_string(LEFT_AS)) {
-            Some(link) if !start.is_given => {
-                // A link of another version that is not understood is as good as none.
-                let mut look = Look::read_link(&link).unwrap_or_default();
-                // Where the eye was belongs to what was shown.
-                look.pose = None;
-                look.keep = None;
-                look
-            }
-            _ => start.look,
+        let (look, file) = match context.storage {
+            Some(storage) => left::as_it_was(storage, &start),
+            None => (start.look, start.file.clone()),
         };
         let mut viewer = Viewer::new(context.wgpu_render_state.as_ref(), look);
         viewer.hint_is_shown = !start.is_bare;
@@ -68,8 +45,10 @@ impl App {
             context: context.egui_ctx.clone(),
             #[cfg(target_arch = "wasm32")]
             pending_address: None,
+            opened: None,
+            pending: None,
         };
-        if let Some(file) = start.file {
+        if let Some(file) = file {
             app.open(&context.egui_ctx, file);
         }
         app
@@ -83,14 +62,28 @@ impl App {
 
     /// Opens a file in place of what is shown, once it is read.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn open(&mut self, context: &egui::Context, file: crate::files::Opened) {
-        self.viewer.loading = Some(crate::files::open(context, file));
+    pub(crate) fn open(&mut self, context: &egui::Context, file: Opened) {
+        let Some(stage) = &self.viewer.stage else {
+            return;
+        };
+        self.pending = Some(file.clone());
+        let opening = crate::opening::Opening {
+            opened: file,
+            maker: stage.maker(),
+            shape: self.viewer.wanted_of_next(),
+            shown: self.viewer.scene.clone(),
+        };
+        self.viewer.loading = Some(crate::files::open(context, opening));
     }
 
     /// Opens an address.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn open(&mut self, context: &egui::Context, address: String) {
-        self.viewer.loading = Some(crate::fetch::fetch(context, address));
+        let Some(stage) = &self.viewer.stage else {
+            return;
+        };
+        let how = (stage.maker(), self.viewer.wanted_of_next());
+        self.viewer.loading = Some(crate::fetch::fetch(context, address, how));
     }
 
     /// Sees what loading has to tell.
@@ -99,13 +92,13 @@ impl App {
             match loading.next() {
                 None => return,
                 Some(News::Progress(..)) => {}
-                Some(News::Preview(scene)) => self.viewer.show(*scene),
-                Some(News::Done(scene)) => {
+                Some(News::Preview(ready)) => self.show(*ready),
+                Some(News::Done(ready)) => {
                     self.viewer.loading = None;
-                    self.viewer.show(*scene);
+                    self.show(*ready);
                 }
                 Some(News::Stopped) => {
-                    self.viewer.loading = None;
+                    self.give_up();
                     self.viewer.say("stopped", false);
                 }
                 Some(News::Said(text)) => {
@@ -113,10 +106,25 @@ impl App {
                     self.viewer.say(text, false);
                 }
                 Some(News::Failed(text)) => {
-                    self.viewer.loading = None;
+                    self.give_up();
                     self.viewer.say(text, true);
                 }
             }
+        }
+    }
+
+    fn show(&mut self, ready: Ready) {
+        if !ready.is_reshaped {
+            self.opened = self.pending.clone().or(self.opened.take());
+        }
+        self.viewer.show(ready);
+    }
+
+    /// What was begun does not come.
+    fn give_up(&mut self) {
+        let ended = self.viewer.loading.take();
+        if ended.is_some_and(|loading| loading.reshapes) {
+            self.viewer.fall_back();
         }
     }
 
@@ -126,13 +134,20 @@ impl App {
         let Some(file) = dropped else { return };
         #[cfg(not(target_arch = "wasm32"))]
         {
-            // A mesh that belongs to the asset is compared with it by `--model`; a dropped one is a new thing to look at.
             let path = file.path().to_owned();
-            self.open(context, crate::files::Opened { path, model: None });
+            let opened = Opened {
+                path,
+                ..Opened::default()
+            };
+            self.open(context, opened);
         }
         #[cfg(target_arch = "wasm32")]
         {
-            self.viewer.loading = Some(crate::fetch::read_dropped(context, file));
+            let Some(stage) = &self.viewer.stage else {
+                return;
+            };
+            let how = (stage.maker(), self.viewer.wanted_of_next());
+            self.viewer.loading = Some(crate::fetch::read_dropped(context, file, how));
         }
     }
 }
@@ -150,8 +165,10 @@ impl eframe::App for App {
             self.open(&context, address);
         }
         self.take_dropped(&context);
+        self.viewer.catch_up(&context);
         bar::take_keys(&mut self.viewer, &context);
-        if !self.is_bare || self.viewer.loading.is_some() || self.viewer.message.is_some() {
+        let is_long = self.viewer.loading.as_ref().is_some_and(Loading::is_long);
+        if !self.is_bare || is_long || self.viewer.message.is_some() {
             Panel::top("bar").show(ui, |ui| {
                 if !self.is_bare {
                     bar::top_bar(&mut self.viewer, ui);
@@ -200,7 +217,7 @@ impl eframe::App for App {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        storage.set_string(LEFT_AS, self.viewer.link());
+        left::remember(storage, &self.viewer.link(), self.opened.as_ref());
     }
 
     fn clear_color(&self, _: &egui::Visuals) -> [f32; 4] {

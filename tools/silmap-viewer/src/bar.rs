@@ -34,7 +34,7 @@ pub(crate) fn top_bar(viewer: &mut Viewer, ui: &mut egui::Ui) {
 }
 
 pub(crate) fn loading_bar(viewer: &mut Viewer, ui: &mut egui::Ui) {
-    let Some(loading) = &viewer.loading else {
+    let Some(loading) = viewer.loading.as_ref().filter(|l| l.is_long()) else {
         return;
     };
     let (what, share) = &loading.progress;
@@ -100,7 +100,11 @@ pub(crate) fn welcome(viewer: &Viewer, ui: &egui::Ui, rect: egui::Rect) {
     if !viewer.scene.is_empty() || viewer.loading.is_some() {
         return;
     }
-    let text = "Drop an asset (.glb) or a mesh here";
+    let text = if cfg!(target_arch = "wasm32") {
+        "Drop an asset (.glb) here"
+    } else {
+        "Drop an asset (.glb), a mesh or a folder of photographs here"
+    };
     let colour = ui.visuals().text_color();
     ui.painter().text(
         rect.center(),
@@ -138,6 +142,7 @@ pub(crate) fn take_keys(viewer: &mut Viewer, context: &egui::Context) {
         (Key::P, &mut viewer.look.overlays.polytope),
         (Key::T, &mut viewer.look.overlays.triangle),
         (Key::C, &mut viewer.look.overlays.cameras),
+        (Key::G, &mut viewer.look.overlays.photographs),
         (Key::H, &mut viewer.help_is_open),
         (Key::R, &mut viewer.is_turning),
         (Key::M, &mut viewer.panel_is_open),
@@ -145,6 +150,12 @@ pub(crate) fn take_keys(viewer: &mut Viewer, context: &egui::Context) {
     for (key, flag) in flags {
         if pressed(key) {
             *flag ^= true;
+        }
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    for (key, forward) in [(Key::OpenBracket, false), (Key::CloseBracket, true)] {
+        if pressed(key) {
+            viewer.step_shots(forward);
         }
     }
     if pressed(Key::B) {
@@ -177,6 +188,8 @@ const HELP: &[(&str, &str)] = &[
     ("1 to 6", "front, back, left, right, top, bottom"),
     ("B", "two pictures beside each other"),
     ("O  P  T  C", "outline, polytope, triangle, cameras"),
+    #[cfg(not(target_arch = "wasm32"))]
+    ("G  [  ]", "photographs; the one before, the next"),
     ("I", "a thousand instances"),
     ("R", "turn by itself"),
     ("M  H  Esc", "controls, help, cancel"),

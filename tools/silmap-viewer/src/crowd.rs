@@ -49,14 +49,10 @@ fn place(radius: f64, k: u32) -> DVec3 {
 }
 
 /// What is kept from frame to frame.
-#[derive(Debug, Default)]
-pub(crate) struct Crowd {
-    ready: Option<Ready>,
-}
-
 #[derive(Debug)]
-struct Ready {
+pub(crate) struct Crowd {
     renderer: Renderer,
+    method: Method,
     asset: LoadedAsset,
     transforms: Vec<Transform>,
     samples: Option<((u32, u32), [wgpu::TextureView; 2])>,
@@ -64,34 +60,8 @@ struct Ready {
 }
 
 impl Crowd {
-    /// Draws a frame.
-    pub(crate) fn record(
-        &mut self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        (view, options): (&wgpu::TextureView, &PictureOptions),
-        (params, asset): (&CrowdParams, &Asset),
-    ) -> Result<(), RenderError> {
-        let is_by_it = |ready: &Ready| ready.renderer.options().method == Some(params.method);
-        let ready = match self.ready.take().filter(is_by_it) {
-            Some(ready) => ready,
-            None => Ready::new(gpu, options, (params.method, asset))?,
-        };
-        let ready = self.ready.insert(ready);
-        ready.stand(params.count);
-        ready.record(gpu, encoder, view, params)?;
-        gpu.check()?;
-        Ok(())
-    }
-
-    /// What the frame that was drawn last took.
-    pub(crate) fn stats(&self) -> Option<FrameStats> {
-        self.ready.as_ref().map(|ready| ready.stats)
-    }
-}
-
-impl Ready {
-    fn new(
+    /// Loads an asset, to be drawn by a method.
+    pub(crate) fn new(
         gpu: &Gpu,
         options: &PictureOptions,
         (method, asset): (Method, &Asset),
@@ -114,11 +84,22 @@ impl Ready {
         let asset = renderer.load(&gpu.device, &gpu.queue, asset)?;
         Ok(Self {
             renderer,
+            method,
             asset,
             transforms: Vec::new(),
             samples: None,
             stats: FrameStats::default(),
         })
+    }
+
+    /// The method that it draws by.
+    pub(crate) fn method(&self) -> Method {
+        self.method
+    }
+
+    /// What the frame that was drawn last took.
+    pub(crate) fn stats(&self) -> FrameStats {
+        self.stats
     }
 
     /// Puts as many up as are asked for.
@@ -136,13 +117,15 @@ impl Ready {
         }
     }
 
-    fn record(
+    /// Draws a frame.
+    pub(crate) fn record(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         target: &wgpu::TextureView,
         params: &CrowdParams,
     ) -> Result<(), RenderError> {
+        self.stand(params.count);
         let camera = &params.camera;
         let size_px = (camera.width_px, camera.height_px);
         let model = self.asset.bounds();
@@ -200,6 +183,8 @@ impl Ready {
             ..Default::default()
         });
         self.renderer.draw(&mut pass);
+        drop(pass);
+        gpu.check()?;
         Ok(())
     }
 }

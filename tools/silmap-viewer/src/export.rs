@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
-use silmap_geometry::TriangleMesh;
+use silmap_geometry::ClosedMesh;
 use silmap_gpu::{Gpu, Readback};
 use silmap_map::Asset;
 use silmap_report::animation::{Animation, AnimationFormat, AnimationParams, FrameRate};
@@ -90,7 +90,7 @@ struct Turn {
     gpu: Gpu,
     relight: bool,
     asset: Option<Arc<Asset>>,
-    model: Option<Arc<TriangleMesh>>,
+    model: Option<Arc<ClosedMesh>>,
 }
 
 /// Begins to write what is seen as an animation that turns once around, under the picture's name with `.webp`.
@@ -113,27 +113,39 @@ pub(crate) fn save_turn(viewer: &mut Viewer, context: &egui::Context) {
         path,
     };
     let name = turn.path.display().to_string();
-    let loading = Loading::begin(context, &name, |teller, stop| {
-        let thread = std::thread::Builder::new().name("turn".to_owned());
-        let started = thread.spawn({
-            let teller = teller.clone();
-            move || {
-                let written = turn.write(&teller, &stop);
-                let name = turn.path.display();
-                teller.tell(match written {
-                    Ok(Some(bytes)) => News::Said(format!(
-                        "{name} is written: {TURN_FRAMES} frames, {bytes} bytes"
-                    )),
-                    Ok(None) => News::Stopped,
-                    Err(reason) => News::Failed(format!("{name}: {reason:#}")),
-                });
-            }
-        });
-        if let Err(error) = started {
-            teller.tell(News::Failed(format!("no thread can be started: {error}")));
+    viewer.loading = Some(Loading::beside(context, &name, move |teller, stop| {
+        let written = turn.write(teller, stop);
+        let name = turn.path.display();
+        match written {
+            Ok(Some(bytes)) => News::Said(format!(
+                "{name} is written: {TURN_FRAMES} frames, {bytes} bytes"
+            )),
+            Ok(None) => News::Stopped,
+            Err(reason) => News::Failed(format!("{name}: {reason:#}")),
         }
-    });
-    viewer.loading = Some(loading);
+    }));
+}
+
+/// Begins to write the asset as it is shown, under the picture's name with `.glb`.
+pub(crate) fn save_asset(viewer: &mut Viewer, context: &egui::Context) {
+    let Some(asset) = viewer.scene.asset.clone() else {
+        return;
+    };
+    let path = PathBuf::from(&viewer.export.name).with_extension("glb");
+    let name = path.display().to_string();
+    viewer.loading = Some(Loading::beside(context, &name, move |_, _| {
+        let name = path.display();
+        let written = silmap_map::asset::write(&asset)
+            .map_err(anyhow::Error::from)
+            .and_then(|bytes| {
+                write_whole(&path, &bytes)?;
+                Ok(bytes.len())
+            });
+        match written {
+            Ok(bytes) => News::Said(format!("{name} is written: {bytes} bytes")),
+            Err(reason) => News::Failed(format!("{name}: {reason:#}")),
+        }
+    }));
 }
 
 impl Turn {
@@ -148,7 +160,7 @@ impl Turn {
             renderer.load_asset(&self.gpu, asset)?;
         }
         if let Some(model) = &self.model {
-            renderer.load_model(&self.gpu, model)?;
+            renderer.load_model(&self.gpu, model.mesh())?;
         }
         let size_px = (self.params.camera.width_px, self.params.camera.height_px);
         let mut file = beside(&self.path)?;

@@ -4,19 +4,23 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 
 use crate::loader::{Loading, News, Teller};
+use crate::making::{Maker, Shape};
 use crate::scene::Scene;
+
+/// What makes an asset ready, and the shape that it is to have.
+type How = (Maker, Shape);
 
 /// Assets larger than this are not fetched, bytes.
 const MOST_BYTES: f64 = 512.0 * 1024.0 * 1024.0;
 
 /// Begins to fetch an asset.
-pub(crate) fn fetch(context: &egui::Context, address: String) -> Loading {
+pub(crate) fn fetch(context: &egui::Context, address: String, how: How) -> Loading {
     let name = address.clone();
     Loading::begin(context, &name, |teller, _| {
         spawn_local(async move {
             let name = address.rsplit('/').next().unwrap_or(&address).to_owned();
             let news = match bytes_of(&address).await {
-                Ok(bytes) => read(&name, &bytes),
+                Ok(bytes) => read(&name, &bytes, how),
                 Err(reason) => News::Failed(format!("{address}: {reason}")),
             };
             teller.tell(news);
@@ -25,12 +29,16 @@ pub(crate) fn fetch(context: &egui::Context, address: String) -> Loading {
 }
 
 /// Begins to read a file that was dropped.
-pub(crate) fn read_dropped(context: &egui::Context, file: egui::DroppedFileHandle) -> Loading {
+pub(crate) fn read_dropped(
+    context: &egui::Context,
+    file: egui::DroppedFileHandle,
+    how: How,
+) -> Loading {
     let name = file.path().display().to_string();
     Loading::begin(context, &name.clone(), |teller: Teller, _| {
         spawn_local(async move {
             let news = match file.bytes_async().await {
-                Ok(bytes) => read(&name, &bytes),
+                Ok(bytes) => read(&name, &bytes, how),
                 Err(reason) => News::Failed(format!("{name}: {reason}")),
             };
             teller.tell(news);
@@ -38,10 +46,17 @@ pub(crate) fn read_dropped(context: &egui::Context, file: egui::DroppedFileHandl
     })
 }
 
-fn read(name: &str, bytes: &[u8]) -> News {
-    match silmap_map::asset::read(bytes) {
-        Ok(asset) => News::Done(Box::new(Scene::of_asset(name, bytes.len() as u64, asset))),
-        Err(error) => News::Failed(format!("{name}: {error}")),
+fn read(name: &str, bytes: &[u8], (maker, shape): How) -> News {
+    let made = silmap_map::asset::read(bytes)
+        .map_err(|error| format!("{name}: {error}"))
+        .and_then(|asset| {
+            let scene = Scene::of_asset(name, bytes.len() as u64, asset);
+            maker.make(scene, (shape, None), &silmap_geometry::Watch::silent())
+        });
+    match made {
+        Ok(Some(ready)) => News::Done(Box::new(ready)),
+        Ok(None) => News::Stopped,
+        Err(error) => News::Failed(error),
     }
 }
 

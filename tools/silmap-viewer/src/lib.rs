@@ -5,32 +5,44 @@
 mod app;
 mod bar;
 mod blit;
+#[cfg(not(target_arch = "wasm32"))]
+mod captures;
 mod crowd;
 #[cfg(not(target_arch = "wasm32"))]
 mod export;
 #[cfg(target_arch = "wasm32")]
 mod fetch;
 #[cfg(not(target_arch = "wasm32"))]
-pub mod files;
+mod files;
+mod left;
 #[cfg(not(target_arch = "wasm32"))]
 mod live_error;
 mod loader;
 pub mod look;
+mod making;
+#[cfg(not(target_arch = "wasm32"))]
+mod opening;
 pub mod orbit;
 mod overlays;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
 mod panel;
+#[cfg(not(target_arch = "wasm32"))]
+mod photographs;
 mod scene;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod serve;
+#[cfg(not(target_arch = "wasm32"))]
+mod shot;
 mod stage;
+mod start;
 mod timing;
 mod viewer;
 mod viewport;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod window;
 
-pub use app::{App, Start};
+pub use app::App;
 pub use scene::Scene;
+pub use start::{Opened, Start};
 pub use viewer::{Message, Viewer};

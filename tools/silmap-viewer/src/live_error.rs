@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use glam::DVec3;
-use silmap_geometry::{TriangleMesh, Watch};
+use silmap_geometry::{ClosedMesh, Watch};
 use silmap_map::{Asset, Method};
 use silmap_measure::evaluate::{EvaluateParams, ViewpointError, evaluate_at};
 
@@ -17,7 +17,7 @@ struct Question {
     eye: DVec3,
     method: Method,
     asset: Arc<Asset>,
-    model: Arc<TriangleMesh>,
+    model: Arc<ClosedMesh>,
 }
 
 impl PartialEq for Question {
@@ -41,7 +41,7 @@ impl LiveError {
         &mut self,
         context: &egui::Context,
         (eye, method): (DVec3, Method),
-        (asset, model): (&Arc<Asset>, &Arc<TriangleMesh>),
+        (asset, model): (&Arc<Asset>, &Arc<ClosedMesh>),
     ) -> Option<(ViewpointError, bool)> {
         let question = Question {
             eye,
@@ -84,7 +84,7 @@ fn start(
         let found = evaluate_at(
             &[asked.eye],
             &asked.asset.map,
-            &asked.model,
+            asked.model.mesh(),
             &params,
             &Watch::silent(),
         );

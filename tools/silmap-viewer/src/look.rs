@@ -124,11 +124,13 @@ pub struct Overlays {
     pub triangle: bool,
     /// Captured cameras.
     pub cameras: bool,
+    /// Photographs.
+    pub photographs: bool,
 }
 
 impl Overlays {
     /// Names in a link, what people read, and the flags.
-    pub fn flags(&mut self) -> [(&'static str, &'static str, &mut bool); 4] {
+    pub fn flags(&mut self) -> [(&'static str, &'static str, &mut bool); 5] {
         [
             ("outline", "Outline", &mut self.outline),
             ("polytope", "Polytope of viewpoints", &mut self.polytope),
@@ -138,6 +140,7 @@ impl Overlays {
                 &mut self.triangle,
             ),
             ("cameras", "Captured cameras", &mut self.cameras),
+            ("photographs", "Photographs", &mut self.photographs),
         ]
     }
 }
@@ -178,6 +181,8 @@ pub struct Look {
     pub instances: u32,
     /// How many views the map keeps; all where `None`.
     pub keep: Option<u32>,
+    /// How many faces the hull has at most; as many as the asset's where `None`.
+    pub faces: Option<u32>,
     /// Where the eye is; it is framed where `None`.
     pub pose: Option<Pose>,
 }
@@ -195,6 +200,7 @@ impl Default for Look {
             light: None,
             instances: 1,
             keep: None,
+            faces: None,
             pose: None,
         }
     }
@@ -202,6 +208,9 @@ impl Default for Look {
 
 /// Instances that a link may ask for.
 pub const MOST_INSTANCES: u32 = 10_000;
+
+/// Faces of a hull that a link may ask for.
+pub const FACES: std::ops::RangeInclusive<u32> = 20..=20_000;
 
 /// What is wrong with a link.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -300,11 +309,16 @@ impl Look {
                     let count = value.parse().ok().filter(|n| (4..=100_000).contains(n));
                     look.keep = Some(count.ok_or_else(|| wrong("4 views or more are wanted"))?);
                 }
+                "faces" => {
+                    let count = value.parse().ok().filter(|n| FACES.contains(n));
+                    look.faces = Some(count.ok_or_else(|| wrong("20 to 20000 is wanted"))?);
+                }
                 "show" => {
                     for name in value.split(',').filter(|name| !name.is_empty()) {
                         let flags = look.overlays.flags().into_iter();
                         let flag = flags.into_iter().find(|(known, ..)| *known == name);
-                        let wanted = "outline, polytope, triangle or cameras is wanted";
+                        let wanted =
+                            "outline, polytope, triangle, cameras or photographs is wanted";
                         *flag.ok_or_else(|| wrong(wanted))?.2 = true;
                     }
                 }
@@ -362,6 +376,9 @@ impl Look {
         if let Some(keep) = self.keep {
             word("keep", true, &keep.to_string());
         }
+        if let Some(faces) = self.faces {
+            word("faces", true, &faces.to_string());
+        }
         let mut overlays = self.overlays;
         let flags = overlays.flags().into_iter();
         let on: Vec<_> = flags
@@ -398,10 +415,12 @@ mod tests {
                 polytope: false,
                 triangle: true,
                 cameras: false,
+                photographs: true,
             },
             light: Some(DVec3::new(0.5, 1.0, -2.0)),
             instances: 1000,
             keep: Some(32),
+            faces: Some(120),
             pose: Some(Pose {
                 eye: DVec3::new(-0.25, 1e-7, 3.0),
                 target: Some(DVec3::new(0.0, 0.5, 0.0)),
@@ -428,6 +447,7 @@ mod tests {
         assert!(message("mode=clip").is_err());
         assert!(message("show=outline,hull").is_err());
         assert!(message("instances=0").is_err());
+        assert!(message("faces=4").is_err());
         assert!(message("light=0,0,0").is_err());
     }
 }

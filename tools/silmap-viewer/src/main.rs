@@ -18,15 +18,14 @@ mod desktop {
 
     use clap::Parser;
     use clap::error::ErrorKind;
-    use silmap_viewer::files::Opened;
     use silmap_viewer::look::Look;
     use silmap_viewer::serve::{self, Served};
-    use silmap_viewer::{Start, window};
+    use silmap_viewer::{Opened, Start, window};
 
     /// Exit codes of `silmap`.
     const NO_ADAPTER: u8 = 3;
 
-    /// Look at an asset, or at a mesh while its asset is built
+    /// Look at an asset, or at a mesh or a capture while its asset is built
     #[derive(Debug, Parser)]
     #[command(
         name = "silmap view",
@@ -34,11 +33,14 @@ mod desktop {
         after_help = "Example: silmap view bunny.glb --model bunny.off --beside clipped --mode original"
     )]
     struct Args {
-        /// The asset, or a mesh; without one the window waits for a file to be dropped
+        /// The asset, a mesh, or a capture's folder or camera file; without one what was open last
         file: Option<PathBuf>,
         /// The full mesh of the asset, to compare with
         #[arg(long, requires = "file")]
         model: Option<PathBuf>,
+        /// The capture that the asset was built of, for its cameras and photographs
+        #[arg(long, requires = "file")]
+        capture: Option<PathBuf>,
         /// The eye, as for `silmap render`
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
         eye: Option<String>,
@@ -79,7 +81,7 @@ mod desktop {
         /// The direction to a light that shines instead of the studio's
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
         light: Option<String>,
-        /// Overlays: outline, polytope, triangle, cameras
+        /// Overlays: outline, polytope, triangle, cameras, photographs
         #[arg(long, value_name = "LIST")]
         show: Option<String>,
         /// How many instances
@@ -88,6 +90,9 @@ mod desktop {
         /// How many views the map keeps
         #[arg(long, value_name = "N")]
         keep: Option<String>,
+        /// How many faces the hull has, where the full mesh is at hand
+        #[arg(long, value_name = "N")]
+        faces: Option<String>,
         /// A view as "Copy a link to this view" gives it; other options win
         #[arg(long, value_name = "LINK", allow_hyphen_values = true)]
         look: Option<String>,
@@ -119,6 +124,7 @@ mod desktop {
                 ("show", &self.show),
                 ("instances", &self.instances),
                 ("keep", &self.keep),
+                ("faces", &self.faces),
             ];
             let told = options.into_iter();
             let told = told.filter_map(|(key, v)| v.as_ref().map(|v| format!("{key}={v}")));
@@ -154,6 +160,7 @@ mod desktop {
         let file = args.file.map(|path| Opened {
             path,
             model: args.model,
+            capture: args.capture,
         });
         let start = Start {
             look,

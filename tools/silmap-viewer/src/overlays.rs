@@ -110,7 +110,6 @@ impl View<'_> {
         for view in &map.views {
             let camera = &view.camera;
             let eye = camera.eye;
-            let stroke = Stroke::new(1.0, CAMERAS);
             let corner = |x: f64, y: f64| {
                 eye + (camera.forward
                     + camera.right * (x * camera.half_tangent.x)
@@ -118,12 +117,27 @@ impl View<'_> {
                     * length
             };
             let frame = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-            let frame = frame.map(|(x, y)| corner(x, y));
-            for k in 0..4 {
-                self.segment(eye, frame[k], stroke);
-                self.segment(frame[k], frame[(k + 1) % 4], stroke);
-            }
+            self.pyramid(eye, frame.map(|(x, y)| corner(x, y)));
         }
+    }
+
+    /// A camera: its eye, and where the corners of its picture lie.
+    pub(crate) fn pyramid(&self, eye: DVec3, frame: [DVec3; 4]) {
+        let stroke = Stroke::new(1.0, CAMERAS);
+        for k in 0..4 {
+            self.segment(eye, frame[k], stroke);
+            self.segment(frame[k], frame[(k + 1) % 4], stroke);
+        }
+    }
+
+    /// Where a point in space is in the window; `None` of one that is not well in front of the eye, or far out of the window.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn point(&self, point: DVec3) -> Option<Pos2> {
+        let near = 1e-3 * self.camera.eye.distance(point);
+        let place = (self.camera.depth(point) > near)
+            .then(|| self.place(self.camera.image_from_object(point)))?;
+        let room = self.rect.expand(4.0 * self.rect.size().max_elem());
+        (place.is_finite() && room.contains(place)).then_some(place)
     }
 }
 

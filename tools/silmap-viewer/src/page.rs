@@ -3,8 +3,9 @@
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::*;
 
-use crate::app::{App, Start};
+use crate::app::App;
 use crate::look::Look;
+use crate::start::Start;
 
 #[cfg(not(any(feature = "webgpu", feature = "webgl")))]
 compile_error!("a page is drawn by the feature webgpu or webgl");

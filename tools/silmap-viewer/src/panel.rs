@@ -3,16 +3,26 @@
 use egui::{ComboBox, RichText, Slider, Ui};
 use glam::DVec3;
 
-use crate::look::{Look, MethodChoice, Named, Shown};
+use crate::look::{FACES, Look, MethodChoice, Named, Shown};
 use crate::orbit::StandardView;
 use crate::viewer::Viewer;
 use silmap_study::{Antialias, Paint};
 
 /// A list to choose from.
-fn choice<T: Named>(ui: &mut Ui, label: &str, value: &mut T, can: impl Fn(T) -> bool) -> bool {
-    let before = *value;
+fn choice<T: Named>(ui: &mut Ui, label: &str, value: &mut T, can: impl Fn(T) -> bool) {
+    let shown = *value;
+    choice_of(ui, label, (value, shown), can);
+}
+
+/// A list to choose from, where something else may be shown than what is asked for.
+fn choice_of<T: Named>(
+    ui: &mut Ui,
+    label: &str,
+    (value, shown): (&mut T, T),
+    can: impl Fn(T) -> bool,
+) {
     ComboBox::from_label(label)
-        .selected_text(value.label())
+        .selected_text(shown.label())
         .width(150.0)
         .show_ui(ui, |ui| {
             for &(one, _, name) in T::ALL {
@@ -21,7 +31,6 @@ fn choice<T: Named>(ui: &mut Ui, label: &str, value: &mut T, can: impl Fn(T) -> 
                 });
             }
         });
-    *value != before
 }
 
 /// All of them.
@@ -32,13 +41,15 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
         (!shown.needs_asset() || has_asset) && (!shown.needs_model() || has_model)
     };
     ui.heading("Picture");
-    choice(ui, "Show", &mut viewer.look.shown, can_show);
+    let shown = viewer.shown(viewer.look.shown);
+    choice_of(ui, "Show", (&mut viewer.look.shown, shown), can_show);
     let mut is_beside = viewer.look.beside.is_some();
     if ui.checkbox(&mut is_beside, "Beside another").changed() {
         viewer.look.toggle_beside(has_model);
     }
-    if let Some(beside) = &mut viewer.look.beside {
-        choice(ui, "Right", beside, can_show);
+    let right = viewer.look.beside.map(|beside| viewer.shown(beside));
+    if let (Some(beside), Some(right)) = (&mut viewer.look.beside, right) {
+        choice_of(ui, "Right", (beside, right), can_show);
         ui.add(
             Slider::new(&mut viewer.look.split, 0.02..=0.98)
                 .text("Line")
@@ -50,10 +61,14 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
     ui.separator();
     ui.heading("Overlays");
     ui.add_enabled_ui(has_asset, |ui| {
-        for (_, label, is_on) in viewer.look.overlays.flags() {
-            ui.checkbox(is_on, label);
+        for (_, label, is_on) in &mut viewer.look.overlays.flags()[..4] {
+            ui.checkbox(is_on, *label);
         }
     });
+    #[cfg(not(target_arch = "wasm32"))]
+    if !viewer.scene.shots.is_empty() {
+        photograph_controls(viewer, ui);
+    }
     ui.separator();
     ui.heading("View");
     ui.horizontal_wrapped(|ui| {
@@ -79,13 +94,23 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
         });
     });
     #[cfg(not(target_arch = "wasm32"))]
-    ui.add_enabled_ui(viewer.loading.is_none() && !viewer.scene.is_empty(), |ui| {
+    let can_save = viewer.loading.is_none() && !viewer.scene.is_empty();
+    #[cfg(not(target_arch = "wasm32"))]
+    ui.add_enabled_ui(can_save, |ui| {
         let turn = ui.button("Save a turn");
         if turn
             .on_hover_text("an animated WebP, under the same name")
             .clicked()
         {
             crate::export::save_turn(viewer, ui.ctx());
+        }
+        let has_asset = viewer.scene.asset.is_some();
+        let asset = ui.add_enabled(has_asset, egui::Button::new("Save asset"));
+        if asset
+            .on_hover_text("the asset as it is shown, under the same name with .glb")
+            .clicked()
+        {
+            crate::export::save_asset(viewer, ui.ctx());
         }
     });
     ui.separator();
@@ -109,20 +134,96 @@ fn asset_controls(viewer: &mut Viewer, ui: &mut Ui) {
     if ui.checkbox(&mut is_many, "A thousand instances").changed() {
         viewer.set_instances(if is_many { 1000 } else { 1 });
     }
-    let whole = viewer.whole.as_ref().or(viewer.scene.asset.as_ref());
-    let can_keep =
-        whole.is_some_and(|a| a.record.order.is_some()) && cfg!(not(target_arch = "wasm32"));
-    if let Some(all) = whole.map(|a| a.map.views.len() as u32).filter(|_| can_keep) {
-        let mut keep = viewer.look.keep.unwrap_or(all).min(all);
-        let least = 8.min(all);
-        let slider = ui.add(Slider::new(&mut keep, least..=all).text("Views"));
-        if slider.changed() {
-            viewer.look.keep = (keep < all).then_some(keep);
+    views_control(viewer, ui);
+    faces_control(viewer, ui);
+}
+
+/// The number of views that the map keeps.
+fn views_control(viewer: &mut Viewer, ui: &mut Ui) {
+    let loaded = viewer.scene.loaded();
+    let can_keep = cfg!(not(target_arch = "wasm32"));
+    let loaded = loaded.filter(|asset| can_keep && asset.record.order.is_some());
+    let Some(all) = loaded.map(|asset| asset.map.views.len() as u32) else {
+        return;
+    };
+    let shown = viewer.dragged.views.or(viewer.look.keep).unwrap_or(all);
+    let (dragged, rests) = at_rest(ui, "Views", shown.min(all), 8.min(all)..=all);
+    viewer.dragged.views = dragged;
+    if let Some(keep) = rests {
+        viewer.look.keep = (keep < all).then_some(keep);
+    }
+}
+
+/// The level of the progressive hull, by its number of faces.
+fn faces_control(viewer: &mut Viewer, ui: &mut Ui) {
+    if !viewer.scene.can_have_other_hull() {
+        return;
+    }
+    let Some(own) = (viewer.scene.loaded()).map(|asset| asset.hull.faces.len() as u32) else {
+        return;
+    };
+    let most = (viewer.scene.model.as_ref()).map_or(own, |model| model.mesh().faces.len() as u32);
+    let most = most.min(4000).max(own);
+    let shown = viewer.dragged.faces.or(viewer.look.faces).unwrap_or(own);
+    let range = (*FACES.start()).min(own)..=most;
+    let (dragged, rests) = at_rest(ui, "Hull faces", shown, range);
+    viewer.dragged.faces = dragged;
+    if let Some(faces) = rests {
+        viewer.look.faces = (faces != own).then_some(faces);
+    }
+}
+
+/// A slider for what takes long to make: where it is dragged to, and, once it rests, where.
+fn at_rest(
+    ui: &mut Ui,
+    text: &str,
+    mut value: u32,
+    range: std::ops::RangeInclusive<u32>,
+) -> (Option<u32>, Option<u32>) {
+    // As fine for few as for many.
+    let is_wide = *range.end() > 50 * *range.start();
+    let slider = Slider::new(&mut value, range).logarithmic(is_wide);
+    let response = ui.add(slider.text(text));
+    if response.dragged() {
+        (Some(value), None)
+    } else if response.drag_stopped() || response.changed() {
+        (None, Some(value))
+    } else {
+        (None, None)
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn photograph_controls(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.checkbox(&mut viewer.look.overlays.photographs, "Photographs");
+    let opacity = Slider::new(&mut viewer.photographs.opacity, 0.0..=1.0).text("Opacity");
+    ui.add(opacity);
+    let shots = std::sync::Arc::clone(&viewer.scene.shots);
+    let at_eye = crate::photographs::at_eye(&viewer.scene, &viewer.orbit);
+    let mut chosen = None;
+    ComboBox::from_label("Look from")
+        .selected_text(at_eye.map_or("–", |k| shots[k].name()))
+        .width(150.0)
+        .show_ui(ui, |ui| {
+            for (k, shot) in shots.iter().enumerate() {
+                if ui
+                    .selectable_label(at_eye == Some(k), shot.name())
+                    .clicked()
+                {
+                    chosen = Some(k);
+                }
+            }
+        });
+    ui.horizontal(|ui| {
+        if ui.button("Previous").on_hover_text("[").clicked() {
+            viewer.step_shots(false);
         }
-        // The asset is loaded anew for it: not for each number that is dragged over.
-        if slider.drag_stopped() || slider.changed() && !slider.dragged() {
-            viewer.apply_keep();
+        if ui.button("Next").on_hover_text("]").clicked() {
+            viewer.step_shots(true);
         }
+    });
+    if let Some(k) = chosen {
+        viewer.look_from_shot(k);
     }
 }
 
@@ -130,7 +231,6 @@ fn light_controls(viewer: &mut Viewer, ui: &mut Ui) {
     let mut is_moved = viewer.look.light.is_some();
     if ui.checkbox(&mut is_moved, "Move the light").changed() {
         viewer.look.light = is_moved.then_some(DVec3::new(0.5, 0.8, 0.6));
-        viewer.apply_light();
     }
     if let Some(light) = &mut viewer.look.light {
         let mut azimuth = light.x.atan2(light.z).to_degrees();
@@ -175,7 +275,7 @@ fn facts(viewer: &mut Viewer, ui: &mut Ui) {
         );
     }
     if let Some(model) = &viewer.scene.model {
-        row(ui, "Mesh", format!("{} faces", model.faces.len()));
+        row(ui, "Mesh", format!("{} faces", model.mesh().faces.len()));
     }
     #[cfg(not(target_arch = "wasm32"))]
     if let (Some(asset), Some(model)) = (&viewer.scene.asset, &viewer.scene.model) {

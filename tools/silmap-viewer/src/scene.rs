@@ -3,24 +3,45 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use silmap_geometry::TriangleMesh;
+use silmap_geometry::ClosedMesh;
 use silmap_map::{Asset, BoundingSphere, Method};
 
 /// What was loaded.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Scene {
     /// What people call it.
     pub name: String,
     /// Bytes of its file.
     pub bytes: u64,
-    /// The asset.
+    /// The asset, as it is shown.
     pub asset: Option<Arc<Asset>>,
+    /// The asset as it was loaded, where the one that is shown has fewer views or another hull.
+    pub whole: Option<Arc<Asset>>,
+    /// The asset with another hull of so many faces and all its views, where it was made.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) with_other_hull: Option<(u32, Arc<Asset>)>,
     /// The full mesh, in the asset's coordinates.
-    pub model: Option<Arc<TriangleMesh>>,
+    pub model: Option<Arc<ClosedMesh>>,
+    /// What the asset was built with besides its mesh, where that is known.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) photographed: Option<Arc<silmap_preprocess::pipeline::Photographed>>,
+    /// The photographs of the capture that it was built of.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) shots: Arc<[crate::shot::Shot]>,
     /// The origin of these coordinates in those of the file.
     pub origin: DVec3,
     /// What was odd.
     pub warnings: Vec<String>,
+}
+
+impl std::fmt::Debug for Scene {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scene")
+            .field("name", &self.name)
+            .field("bytes", &self.bytes)
+            .field("warnings", &self.warnings)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Scene {
@@ -32,8 +53,7 @@ impl Scene {
             bytes,
             origin: asset.placement.in_scene,
             asset: Some(Arc::new(asset)),
-            model: None,
-            warnings: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -65,6 +85,25 @@ impl Scene {
             Some(method) => method,
             None => Method::Tight,
         }
+    }
+
+    /// The asset as it was loaded.
+    #[must_use]
+    pub fn loaded(&self) -> Option<&Arc<Asset>> {
+        self.whole.as_ref().or(self.asset.as_ref())
+    }
+
+    /// Whether the asset can be given another hull: its mesh is at hand, and what its textures were made of.
+    #[must_use]
+    pub fn can_have_other_hull(&self) -> bool {
+        #[cfg(target_arch = "wasm32")]
+        return false;
+        #[cfg(not(target_arch = "wasm32"))]
+        self.loaded().is_some_and(|asset| {
+            let views = &asset.map.views;
+            let is_of_capture = views.iter().any(|view| view.photographed.is_some());
+            self.model.is_some() && (!is_of_capture || self.photographed.is_some())
+        })
     }
 
     /// Whether anything is there.

@@ -4,13 +4,13 @@
 
 use std::sync::Arc;
 
-use silmap_geometry::TriangleMesh;
 use silmap_gpu::{Gpu, GpuError};
-use silmap_map::Asset;
+use silmap_map::Method;
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer, RenderError};
 
 use crate::blit::{Blit, PictureCallback, Placed};
 use crate::crowd::{Crowd, CrowdParams};
+use crate::making::Maker;
 
 /// What one picture shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,7 @@ struct Target {
 pub(crate) struct Stage {
     pub(crate) gpu: Gpu,
     renderer: PictureRenderer,
-    crowd: Crowd,
+    crowd: Option<Crowd>,
     options: PictureOptions,
     blit: Arc<Blit>,
     targets: [Option<Target>; 2],
@@ -64,7 +64,7 @@ impl Stage {
         let options = PictureOptions::default();
         Self {
             renderer: PictureRenderer::new(&gpu, options.clone()),
-            crowd: Crowd::default(),
+            crowd: None,
             blit: Arc::new(Blit::new(&gpu.device, state.target_format)),
             targets: [None, None],
             placed: None,
@@ -74,39 +74,35 @@ impl Stage {
         }
     }
 
-    /// Shows these in place of what was loaded before; what cannot be loaded leaves the rest as it is.
-    pub(crate) fn load(
-        &mut self,
-        asset: Option<&Asset>,
-        model: Option<&TriangleMesh>,
-        relight: bool,
-    ) -> Result<(), RenderError> {
-        let options = PictureOptions {
-            relight,
-            ..self.options.clone()
-        };
-        // All or nothing: a new renderer takes the old one's place when both are there.
-        let mut renderer = PictureRenderer::new(&self.gpu, options.clone());
-        if let Some(asset) = asset {
-            renderer.load_asset(&self.gpu, asset)?;
+    /// What makes scenes ready for this device.
+    pub(crate) fn maker(&self) -> Maker {
+        Maker {
+            gpu: self.gpu.clone(),
+            options: self.options.clone(),
         }
-        if let Some(model) = model {
-            renderer.load_model(&self.gpu, model)?;
-        }
-        self.renderer = renderer;
-        self.crowd = Crowd::default();
-        self.options = options;
-        self.generation += 1;
-        Ok(())
     }
 
-    /// Shows another asset beside the model that is there.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn replace_asset(&mut self, asset: &Asset) -> Result<(), RenderError> {
-        self.renderer.load_asset(&self.gpu, asset)?;
-        self.crowd = Crowd::default();
+    /// Draws what was made from now on; what is not there stays as it is.
+    pub(crate) fn take(
+        &mut self,
+        renderer: Option<PictureRenderer>,
+        crowd: Option<Crowd>,
+        relight: bool,
+    ) {
+        if let Some(renderer) = renderer {
+            self.renderer = renderer;
+            self.crowd = None;
+            self.options.relight = relight;
+        }
+        if crowd.is_some() {
+            self.crowd = crowd;
+        }
         self.generation += 1;
-        Ok(())
+    }
+
+    /// The method that many instances are drawn by, where they can be.
+    pub(crate) fn crowd_method(&self) -> Option<Method> {
+        self.crowd.as_ref().map(Crowd::method)
     }
 
     /// Whether lights can be moved.
@@ -119,7 +115,7 @@ impl Stage {
         &mut self,
         pane: usize,
         size_px: (u32, u32),
-        (picture, asset): (&Picture, Option<&Asset>),
+        picture: &Picture,
     ) -> Result<bool, RenderError> {
         let target = self.targets[pane].take();
         let mut target = match target {
@@ -135,7 +131,7 @@ impl Stage {
             self.targets[pane] = Some(target);
             return Ok(false);
         }
-        let made = self.record(&target.view, picture, asset);
+        let made = self.record(&target.view, picture);
         target.drawn = made.is_ok().then(|| Drawn {
             picture: picture.clone(),
             generation: self.generation,
@@ -144,12 +140,7 @@ impl Stage {
         made.map(|()| true)
     }
 
-    fn record(
-        &mut self,
-        view: &wgpu::TextureView,
-        picture: &Picture,
-        asset: Option<&Asset>,
-    ) -> Result<(), RenderError> {
+    fn record(&mut self, view: &wgpu::TextureView, picture: &Picture) -> Result<(), RenderError> {
         let described = wgpu::CommandEncoderDescriptor {
             label: Some("picture"),
         };
@@ -159,15 +150,9 @@ impl Stage {
                 (self.renderer).record(&self.gpu, &mut encoder, view, params)?;
             }
             Picture::Crowd(params) => {
-                let asset = asset.ok_or(RenderError::NoAsset {
-                    mode: Mode::Clipped,
-                })?;
-                (self.crowd).record(
-                    &self.gpu,
-                    &mut encoder,
-                    (view, &self.options),
-                    (params, asset),
-                )?;
+                let mode = Mode::Clipped;
+                let crowd = self.crowd.as_mut().ok_or(RenderError::NoAsset { mode })?;
+                crowd.record(&self.gpu, &mut encoder, view, params)?;
             }
         }
         self.gpu.queue.submit([encoder.finish()]);
@@ -197,12 +182,12 @@ impl Stage {
 
     /// What the frame of many instances took that was drawn last.
     pub(crate) fn crowd_stats(&self) -> Option<silmap_runtime::FrameStats> {
-        self.crowd.stats()
+        self.crowd.as_ref().map(Crowd::stats)
     }
 
-    /// What the device says, where it fails.
+    /// What the device says, where it fails: once, unless it is lost.
     pub(crate) fn check(&self) -> Result<(), GpuError> {
-        self.gpu.check()
+        self.gpu.check_once()
     }
 
     /// The texture of a pane, to read back.

@@ -1,11 +1,10 @@
 //! What the program knows: what is loaded, how it is looked at, and what has been said.
 
-use std::sync::Arc;
-
 use silmap_map::MapReader;
 
-use crate::loader::Loading;
+use crate::loader::{Loading, News, watched};
 use crate::look::{Look, Pose, Shown};
+use crate::making::{Ready, Shape};
 use crate::orbit::Orbit;
 use crate::scene::Scene;
 use crate::stage::Stage;
@@ -37,12 +36,21 @@ impl Default for Export {
     }
 }
 
+/// What sliders are at while they are dragged: the asset is made anew for where they come to rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Dragged {
+    pub(crate) views: Option<u32>,
+    pub(crate) faces: Option<u32>,
+}
+
 /// What is loaded, and how it is looked at.
 pub struct Viewer {
     pub(crate) stage: Option<Stage>,
     pub(crate) scene: Scene,
-    /// The asset as it was loaded, where the one that is shown has fewer views.
-    pub(crate) whole: Option<Arc<silmap_map::Asset>>,
+    /// What was made of what was loaded.
+    pub(crate) shape: Shape,
+    /// What sliders that are being dragged are at.
+    pub(crate) dragged: Dragged,
     pub(crate) reader: Option<MapReader>,
     pub(crate) look: Look,
     pub(crate) orbit: Orbit,
@@ -59,6 +67,8 @@ pub struct Viewer {
     pub(crate) export: Export,
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) error: crate::live_error::LiveError,
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) photographs: crate::photographs::Photographs,
     pub(crate) picture_px: (u32, u32),
     pub(crate) origin_px: [f32; 2],
 }
@@ -84,7 +94,8 @@ impl Viewer {
             }),
             stage,
             scene: Scene::default(),
-            whole: None,
+            shape: Shape::default(),
+            dragged: Dragged::default(),
             reader: None,
             look,
             orbit: Orbit::default(),
@@ -99,6 +110,8 @@ impl Viewer {
             export: Export::default(),
             #[cfg(not(target_arch = "wasm32"))]
             error: crate::live_error::LiveError::default(),
+            #[cfg(not(target_arch = "wasm32"))]
+            photographs: crate::photographs::Photographs::default(),
             picture_px: (1, 1),
             origin_px: [0.0; 2],
         }
@@ -166,8 +179,6 @@ impl Viewer {
     pub fn take_look(&mut self, look: Look) {
         self.frames_next |= look.pose.is_some();
         self.look = look;
-        self.apply_keep();
-        self.apply_light();
     }
 
     /// Where the picture is in the window: left, top, width and height, pixels.
@@ -213,35 +224,102 @@ impl Viewer {
         self.orbit.frame(self.framed_sphere(), aspect);
     }
 
-    /// Takes what was loaded in place of what was shown.
-    pub(crate) fn show(&mut self, scene: Scene) {
-        let is_same = scene.name == self.scene.name && !self.scene.is_empty();
+    /// Takes what was made in place of what was shown.
+    pub(crate) fn show(&mut self, ready: Ready) {
         let Some(stage) = &mut self.stage else {
             return;
         };
-        let relight = self.look.light.is_some();
-        let reader = match scene.asset.as_ref().map(|a| MapReader::new(&a.map)) {
-            Some(Err(error)) => {
-                self.say(format!("{}: {error}", scene.name), true);
-                return;
-            }
-            Some(Ok(reader)) => Some(reader),
-            None => None,
-        };
-        if let Err(error) = stage.load(scene.asset.as_deref(), scene.model.as_deref(), relight) {
-            self.say(format!("{}: {error}", scene.name), true);
+        let is_same = ready.scene.name == self.scene.name && !self.scene.is_empty();
+        stage.take(ready.renderer, ready.crowd, ready.shape.relight);
+        self.reader = ready.reader;
+        self.shape = ready.shape;
+        self.scene = ready.scene;
+        self.keep_to_shape();
+        if !ready.is_reshaped {
+            self.message = (!self.scene.warnings.is_empty()).then(|| Message {
+                text: self.scene.warnings.join("\n"),
+                is_error: false,
+            });
+            self.timing.clear();
+            self.frames_next |= !is_same;
+        }
+        if let Some(text) = ready.complaint {
+            self.say(text, true);
+        }
+    }
+
+    /// Asks for no other views and no other hull than are shown.
+    fn keep_to_shape(&mut self) {
+        if self.scene.asset.is_some() {
+            self.look.keep = self.shape.keep;
+        }
+        if self.scene.can_have_other_hull() {
+            self.look.faces = self.shape.faces;
+        }
+    }
+
+    /// What was asked for cannot be had, or is not wanted any more.
+    pub(crate) fn fall_back(&mut self) {
+        self.keep_to_shape();
+        if !self.shape.relight {
+            self.look.light = None;
+        }
+        if self.shape.crowd.is_none() {
+            self.look.instances = 1;
+        }
+    }
+
+    /// The shape that is asked for.
+    fn wanted(&self) -> Shape {
+        let is_asset = self.scene.asset.is_some();
+        let is_crowd = is_asset && self.look.instances > 1;
+        let method = self.scene.method(self.look.method.0);
+        Shape {
+            keep: self.look.keep.filter(|_| is_asset),
+            faces: (self.look.faces).filter(|_| self.scene.can_have_other_hull()),
+            // What is there stays.
+            relight: self.look.light.is_some() || self.shape.relight,
+            crowd: if is_crowd {
+                Some(method)
+            } else {
+                self.shape.crowd
+            },
+        }
+    }
+
+    /// The shape to give to what is loaded next.
+    pub(crate) fn wanted_of_next(&self) -> Shape {
+        let is_crowd = self.look.instances > 1;
+        Shape {
+            keep: self.look.keep,
+            faces: self.look.faces,
+            relight: self.look.light.is_some(),
+            crowd: is_crowd.then(|| self.scene.method(self.look.method.0)),
+        }
+    }
+
+    /// Begins to make what is asked for of what is shown, where it has another shape.
+    pub(crate) fn catch_up(&mut self, context: &egui::Context) {
+        let wanted = self.wanted();
+        if self.loading.is_some() || self.scene.is_empty() || wanted == self.shape {
             return;
         }
-        self.reader = reader;
-        self.message = (!scene.warnings.is_empty()).then(|| Message {
-            text: scene.warnings.join("\n"),
-            is_error: false,
+        let Some(maker) = self.stage.as_ref().map(Stage::maker) else {
+            return;
+        };
+        let (scene, shapes) = (self.scene.clone(), (wanted, Some(self.shape)));
+        let name = scene.name.clone();
+        let mut loading = Loading::beside(context, &name, move |teller, stop| {
+            let made = watched(teller, stop, |watch| maker.make(scene, shapes, watch));
+            match made {
+                Ok(Some(ready)) => News::Done(Box::new(ready)),
+                Ok(None) => News::Stopped,
+                Err(error) => News::Failed(error),
+            }
         });
-        self.whole = None;
-        self.timing.clear();
-        self.scene = scene;
-        self.frames_next |= !is_same;
-        self.apply_keep();
+        loading.reshapes = true;
+        loading.progress.0 = "making ready".to_owned();
+        self.loading = Some(loading);
     }
 
     /// What can be shown of what is asked for: while a mesh has no asset yet, or an asset no mesh, what is there.
@@ -255,59 +333,22 @@ impl Viewer {
         }
     }
 
-    /// Makes the map have as many views as is asked for.
-    pub(crate) fn apply_keep(&mut self) {
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
-            let whole = self.whole.clone().or_else(|| self.scene.asset.clone());
-            let Some(whole) = whole else {
-                return;
-            };
-            let all = whole.map.views.len() as u32;
-            let made = match self.look.keep.filter(|&keep| keep < all) {
-                Some(keep) => match keep_fewer_views(&whole, ViewGoal::Keep(keep)) {
-                    Ok(fewer) => Arc::new(fewer),
-                    Err(error) => {
-                        self.look.keep = None;
-                        let text = format!("{}: {error}", self.scene.name);
-                        self.say(text, true);
-                        return;
-                    }
-                },
-                None => Arc::clone(&whole),
-            };
-            let is_shown = (self.scene.asset.as_ref()).is_some_and(|a| Arc::ptr_eq(a, &made));
-            if is_shown {
-                return;
-            }
-            let (Ok(reader), Some(stage)) = (MapReader::new(&made.map), &mut self.stage) else {
-                return;
-            };
-            if let Err(error) = stage.replace_asset(&made) {
-                let text = format!("{}: {error}", self.scene.name);
-                self.say(text, true);
-                return;
-            }
-            self.reader = Some(reader);
-            self.scene.asset = Some(made);
-            self.whole = Some(whole);
+    /// Looks from a photograph's camera.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn look_from_shot(&mut self, k: usize) {
+        let (width, height) = self.picture_px;
+        let aspect = f64::from(width) / f64::from(height.max(1));
+        if let Some(shot) = self.scene.shots.get(k) {
+            self.orbit = shot.orbit(self.scene.sphere(), aspect);
+            self.look.overlays.photographs = true;
         }
     }
 
-    /// Loads what is needed to move lights, or does without again.
-    pub(crate) fn apply_light(&mut self) {
-        let wants = self.look.light.is_some();
-        let Some(stage) = &mut self.stage else {
-            return;
-        };
-        if wants == stage.can_relight() || !wants {
-            return;
-        }
-        let asset = self.scene.asset.as_deref();
-        if let Err(error) = stage.load(asset, self.scene.model.as_deref(), true) {
-            self.look.light = None;
-            self.say(error.to_string(), true);
+    /// Looks from the next photograph, or the one before.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn step_shots(&mut self, is_forward: bool) {
+        if let Some(k) = crate::photographs::next(&self.scene, &self.orbit, is_forward) {
+            self.look_from_shot(k);
         }
     }
 

@@ -241,7 +241,9 @@ pub(crate) fn picture(viewer: &Viewer, shown: Shown, camera: &Camera) -> Picture
     let can_be_lit = viewer.stage.as_ref().is_some_and(|s| s.can_relight());
     let is_lit = can_be_lit && (mode.shows_hull() || shown == Shown::Original);
     let light = viewer.look.light.filter(|_| is_lit);
-    if viewer.look.instances > 1 && shown == Shown::Clipped {
+    let crowd = viewer.stage.as_ref().and_then(|stage| stage.crowd_method());
+    let crowd = crowd.filter(|_| viewer.look.instances > 1 && shown == Shown::Clipped);
+    if let Some(method) = crowd {
         return Picture::Crowd(CrowdParams {
             camera: *camera,
             count: viewer.look.instances,
@@ -272,7 +274,6 @@ fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camer
     let pictures =
         panes.map(|asked| asked.map(|asked| picture(viewer, viewer.shown(asked), camera)));
     let size_px = (camera.width_px, camera.height_px);
-    let asset = viewer.scene.asset.clone();
     let Some(stage) = &mut viewer.stage else {
         return;
     };
@@ -280,7 +281,7 @@ fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camer
     for (pane, picture) in pictures.iter().enumerate() {
         let Some(picture) = picture else { continue };
         let since = Instant::now();
-        match stage.draw(pane, size_px, (picture, asset.as_deref())) {
+        match stage.draw(pane, size_px, picture) {
             Ok(true) if pane == 0 => viewer.timing.submitted(since, &stage.gpu.queue),
             Ok(_) => {}
             Err(error) => failure = Some(error.to_string()),
@@ -304,15 +305,20 @@ fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camer
 
 fn draw_overlays(viewer: &mut Viewer, ui: &Ui, rect: Rect, camera: &Camera) {
     let wanted = viewer.look.overlays;
-    let (Some(asset), Some(reader)) = (viewer.scene.asset.clone(), &mut viewer.reader) else {
-        return;
-    };
     let painter = ui.painter().with_clip_rect(rect);
     let view = overlays::View {
         painter: &painter,
         rect,
         camera,
         px_per_point: ui.ctx().pixels_per_point(),
+    };
+    #[cfg(not(target_arch = "wasm32"))]
+    if wanted.photographs && !viewer.scene.shots.is_empty() {
+        let about = (&viewer.scene, &viewer.orbit);
+        viewer.photographs.draw(ui.ctx(), &view, about);
+    }
+    let (Some(asset), Some(reader)) = (viewer.scene.asset.clone(), &mut viewer.reader) else {
+        return;
     };
     if wanted.polytope {
         view.polytope(&asset);

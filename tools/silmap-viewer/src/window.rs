@@ -4,7 +4,8 @@ use eframe::NativeOptions;
 use silmap_gpu::Gpu;
 use thiserror::Error;
 
-use crate::app::{App, Start};
+use crate::app::App;
+use crate::start::Start;
 
 /// What the window's file of settings is called after.
 const NAME: &str = "silmap";

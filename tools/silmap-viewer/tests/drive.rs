@@ -1,201 +1,14 @@
-//! The viewer as people use it: files are opened and dropped, each control is worked, and pixels say what changed.
+//! The viewer as people use it: each control is worked, and pixels say what changed.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+mod common;
 
-use egui::{Key, Modifiers, PointerButton, Pos2, Rect};
-use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use common::{Files, Window, changed};
+use egui::{Key, Modifiers, PointerButton};
 use glam::DVec3;
 use image::RgbaImage;
-use silmap_geometry::{ClosedMesh, Watch};
-use silmap_map::asset;
-use silmap_preprocess::pipeline::{self, BuildParams};
-use silmap_viewer::files::Opened;
 use silmap_viewer::look::{Look, Shown};
-use silmap_viewer::{App, Start, Viewer};
-
-const SIZE: (f32, f32) = (900.0, 620.0);
-
-/// An asset and its mesh, made once for all tests.
-struct Files {
-    folder: tempfile::TempDir,
-}
-
-impl Files {
-    fn get() -> &'static Self {
-        static FILES: std::sync::OnceLock<Files> = std::sync::OnceLock::new();
-        FILES.get_or_init(|| {
-            let folder = tempfile::tempdir().unwrap();
-            let model = silmap_models::organic(4000);
-            let model = ClosedMesh::try_from(model).unwrap();
-            let mut params = BuildParams {
-                views: 128,
-                resolution_px: 192,
-                ..BuildParams::default()
-            };
-            params.map.keep = 32;
-            params.hull.target_faces = 160;
-            params.textures.views = 6;
-            params.textures.size_px = 128;
-            let (made, _) = pipeline::build(&model, "organic", &params, &Watch::silent()).unwrap();
-            std::fs::write(
-                folder.path().join("organic.glb"),
-                asset::write(&made).unwrap(),
-            )
-            .unwrap();
-            let mesh = silmap_mesh_io::encode(Path::new("organic.ply"), model.mesh()).unwrap();
-            std::fs::write(folder.path().join("organic.ply"), mesh).unwrap();
-            Self { folder }
-        })
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-}
-
-/// What is dropped.
-#[derive(Debug)]
-struct Dropped(PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        std::fs::read(&self.0).map_err(|e| e.to_string())
-    }
-}
-
-/// The program in a window that is not there.
-struct Window {
-    harness: Harness<'static, App>,
-}
-
-impl Window {
-    fn of(size: (f32, f32), start: Start) -> Self {
-        let harness = Harness::builder()
-            .with_size([size.0, size.1])
-            .with_max_steps(8)
-            .wgpu()
-            .build_eframe(|context| App::new(context, start));
-        let mut window = Self { harness };
-        window.settle();
-        window
-    }
-
-    /// An asset, or what `name` is, looked at as a link says.
-    fn open(name: &str, model: Option<&str>, link: &str) -> Self {
-        let files = Files::get();
-        let start = Start {
-            look: Look::read_link(link).unwrap(),
-            is_given: true,
-            is_bare: false,
-            file: Some(Opened {
-                path: files.path(name),
-                model: model.map(|m| files.path(m)),
-            }),
-        };
-        Self::of(SIZE, start)
-    }
-
-    /// Waits until nothing is loaded any more, and draws.
-    fn settle(&mut self) {
-        let since = Instant::now();
-        self.harness.run_steps(2);
-        while self.app().is_loading() {
-            assert!(
-                since.elapsed() < Duration::from_secs(240),
-                "it does not end"
-            );
-            std::thread::sleep(Duration::from_millis(20));
-            self.harness.run_steps(1);
-        }
-        self.harness.run_steps(3);
-    }
-
-    fn app(&self) -> &Viewer {
-        self.harness.state().viewer()
-    }
-
-    fn drop_file(&mut self, path: PathBuf) {
-        (self.harness.input_mut().dropped_files).push(Arc::new(Dropped(path)));
-        self.harness.run_steps(1);
-        self.settle();
-    }
-
-    fn press(&mut self, key: Key) {
-        self.harness.key_press(key);
-        self.harness.run_steps(3);
-    }
-
-    fn click(&mut self, label: &str) {
-        self.harness.get_by_label(label).click();
-        self.harness.run_steps(3);
-    }
-
-    /// Chooses from a list.
-    fn choose(&mut self, list: &str, choice: &str) {
-        self.click(list);
-        self.click(choice);
-    }
-
-    /// Where the picture is.
-    fn rect(&self) -> Rect {
-        self.harness.get_by_label("Picture of the model").rect()
-    }
-
-    /// The picture's pixels.
-    fn picture(&mut self) -> RgbaImage {
-        // The pointer, and what it points at, is no part of the picture.
-        self.harness.remove_cursor();
-        self.harness.run_steps(2);
-        let rect = self.rect();
-        let whole = self.harness.render().unwrap();
-        let at = |x: f32| x.round().max(0.0) as u32;
-        let (x, y) = (at(rect.min.x), at(rect.min.y));
-        let (width, height) = (at(rect.max.x) - x, at(rect.max.y) - y);
-        image::imageops::crop_imm(&whole, x, y, width, height).to_image()
-    }
-
-    fn drag(&mut self, from: Pos2, by: egui::Vec2, button: PointerButton, modifiers: Modifiers) {
-        let event = |pos, pressed| egui::Event::PointerButton {
-            pos,
-            button,
-            pressed,
-            modifiers,
-        };
-        self.harness.event(egui::Event::ModifiersChanged(modifiers));
-        self.harness.event(egui::Event::PointerMoved(from));
-        self.harness.run_steps(1);
-        self.harness.event(event(from, true));
-        self.harness.run_steps(1);
-        self.harness
-            .event(egui::Event::PointerMoved(from + 0.5 * by));
-        self.harness.run_steps(1);
-        self.harness.event(egui::Event::PointerMoved(from + by));
-        self.harness.run_steps(1);
-        self.harness.event(event(from + by, false));
-        self.harness.run_steps(1);
-        self.harness
-            .event(egui::Event::ModifiersChanged(Modifiers::NONE));
-        self.harness.run_steps(2);
-    }
-}
-
-/// Pixels that differ by more than a little, as a share of all.
-fn changed(a: &RgbaImage, b: &RgbaImage) -> f64 {
-    assert_eq!(a.dimensions(), b.dimensions());
-    let differs = |(p, q): &(&image::Rgba<u8>, &image::Rgba<u8>)| {
-        p.0.iter().zip(q.0).any(|(x, y)| x.abs_diff(y) > 24)
-    };
-    let count = a.pixels().zip(b.pixels()).filter(differs).count();
-    count as f64 / f64::from(a.width() * a.height())
-}
+use silmap_viewer::{Opened, Start};
 
 #[test]
 fn the_picture_is_the_one_that_render_draws() {
@@ -281,18 +94,37 @@ fn each_control_changes_what_it_says() {
     differs(&mut window, "hard edges", 1e-4);
     window.choose("Edges", "Soft");
     differs(&mut window, "soft edges", 1e-4);
-    (window
-        .harness
-        .get_by_role_and_label(egui::Role::Slider, "Views"))
-    .set_value_accesskit(8.0);
-    window.harness.run_steps(3);
+    window.slide("Views", 8.0);
     assert_eq!(window.app().look().keep, Some(8));
     differs(&mut window, "eight views", 1e-4);
-    (window
-        .harness
-        .get_by_role_and_label(egui::Role::Slider, "Views"))
-    .set_value_accesskit(32.0);
-    window.harness.run_steps(3);
+    let own = window.app().scene().loaded().unwrap().hull.faces.len();
+    window.slide("Hull faces", 320.0);
+    assert_eq!(window.app().look().faces, Some(320));
+    let asset = window.app().scene().asset.clone().unwrap();
+    let (faces, views) = (asset.hull.faces.len(), asset.map.views.len());
+    assert!(
+        (own + 1..=320).contains(&faces) && views == 8,
+        "{faces} faces, {views} views"
+    );
+    differs(&mut window, "a finer hull", 1e-4);
+    // A hull that cannot be as coarse as that is as coarse as it can be.
+    window.slide("Hull faces", 20.0);
+    let faces = window
+        .app()
+        .scene()
+        .asset
+        .as_ref()
+        .unwrap()
+        .hull
+        .faces
+        .len();
+    assert!(faces < own, "{faces}");
+    let coarsest = window.app().look().faces;
+    assert_eq!(coarsest, Some(faces.max(20) as u32));
+    window.slide("Hull faces", own as f64);
+    assert_eq!(window.app().look().faces, None);
+    differs(&mut window, "all faces", 1e-4);
+    window.slide("Views", 32.0);
     assert_eq!(window.app().look().keep, None);
     differs(&mut window, "all views", 1e-4);
     for (overlay, least) in [
@@ -440,102 +272,13 @@ fn mouse_and_keys_move_the_camera() {
 }
 
 #[test]
-fn what_cannot_be_opened_is_said_and_what_was_there_stays() {
-    let mut window = Window::open("organic.glb", None, "");
-    let before = window.picture();
-    let files = Files::get();
-    let whole = std::fs::read(files.path("organic.glb")).unwrap();
-    let broken = files.path("broken.glb");
-    std::fs::write(&broken, &whole[..whole.len() / 2]).unwrap();
-    let newer = files.path("newer.glb");
-    std::fs::write(&newer, of_version(&whole, 99)).unwrap();
-    let text = files.path("notes.txt");
-    std::fs::write(&text, "no mesh").unwrap();
-    for (path, says) in [
-        (broken, "broken.glb"),
-        (newer, "format version 99"),
-        (text, "notes.txt"),
-        (files.path("missing.glb"), "missing.glb"),
-    ] {
-        window.drop_file(path);
-        let message = window.app().message().unwrap().clone();
-        assert!(
-            message.is_error && message.text.contains(says),
-            "{}",
-            message.text
-        );
-        assert_eq!(message.text.lines().count(), 1, "{}", message.text);
-        window.click("Close");
-        assert_eq!(window.app().scene().name, "organic.glb");
-    }
-    assert!(changed(&before, &window.picture()) < 1e-3);
-}
-
-/// The same file, as if a later version had written it.
-fn of_version(file: &[u8], version: u32) -> Vec<u8> {
-    let text = "\"formatVersion\":3";
-    let at = file.windows(text.len()).position(|w| w == text.as_bytes());
-    let at = at.expect("the version is in the JSON");
-    let mut other = file.to_vec();
-    // As many bytes as before: a space of the JSON's padding makes room.
-    let new = format!("\"formatVersion\":{version}");
-    other.splice(at..at + text.len(), new.bytes());
-    let length = u32::from_le_bytes(other[12..16].try_into().unwrap()) as usize;
-    let added = new.len() - text.len();
-    let padded = (length + added).next_multiple_of(4);
-    let end = 20 + length + added;
-    other.splice(end..end, std::iter::repeat_n(b' ', padded - length - added));
-    other[12..16].copy_from_slice(&(padded as u32).to_le_bytes());
-    let total = other.len() as u32;
-    other[8..12].copy_from_slice(&total.to_le_bytes());
-    other
-}
-
-#[test]
-fn a_mesh_is_shown_and_built_and_the_build_can_be_stopped() {
-    let files = Files::get();
-    let start = Start {
-        file: Some(Opened {
-            path: files.path("organic.ply"),
-            model: None,
-        }),
-        ..Start::default()
-    };
-    let harness = Harness::builder()
-        .with_size([SIZE.0, SIZE.1])
-        .wgpu()
-        .build_eframe(|context| App::new(context, start));
-    let mut window = Window { harness };
-    let since = Instant::now();
-    while window.app().scene().model.is_none() {
-        assert!(since.elapsed() < Duration::from_secs(60));
-        std::thread::sleep(Duration::from_millis(20));
-        window.harness.run_steps(1);
-    }
-    assert!(window.app().is_loading(), "the asset is built now");
-    let mesh = window.picture();
-    window.click("Cancel");
-    window.settle();
-    assert!(window.app().scene().asset.is_none());
-    assert_eq!(window.app().message().unwrap().text, "stopped");
-    window.click("Close");
-    // The mesh is shown, and goes on to be.
-    let empty = image::RgbaImage::from_pixel(
-        mesh.width(),
-        mesh.height(),
-        image::Rgba([0xf4, 0xf5, 0xf7, 255]),
-    );
-    assert!(changed(&mesh, &empty) > 0.05);
-}
-
-#[test]
 fn windows_of_all_sizes_show_everything() {
     for size in [(320.0, 480.0), (900.0, 620.0), (1900.0, 1000.0)] {
         let files = Files::get();
         let start = Start {
             file: Some(Opened {
                 path: files.path("organic.glb"),
-                model: None,
+                ..Opened::default()
             }),
             ..Start::default()
         };
@@ -563,70 +306,4 @@ fn windows_of_all_sizes_show_everything() {
                 .unwrap();
         }
     }
-}
-
-#[test]
-fn a_hundred_assets_one_after_the_other_leave_nothing_behind() {
-    let mut window = Window::open("organic.glb", None, "");
-    let path = Files::get().path("organic.glb");
-    let mut before = 0;
-    for k in 0..100 {
-        window.drop_file(path.clone());
-        assert!(window.app().message().is_none());
-        if k == 20 {
-            let _ = window.picture();
-            before = resident_bytes();
-        }
-    }
-    let _ = window.picture();
-    let grown = resident_bytes().saturating_sub(before);
-    // Twenty assets had been dropped by then: what grows, grows by their share.
-    assert!(grown < 48 << 20, "{} MiB more after 79 assets", grown >> 20);
-}
-
-/// Memory that this process has, where the system says so.
-fn resident_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmRSS:"));
-    let kilobytes = line.and_then(|line| line.split_whitespace().nth(1)?.parse::<u64>().ok());
-    kilobytes.unwrap_or(0) * 1024
-}
-
-#[test]
-fn a_picture_and_a_turn_are_written() {
-    let mut window = Window::open("organic.glb", None, "");
-    let folder = tempfile::tempdir().unwrap();
-    let name = folder.path().join("seen.png");
-    let field = window.harness.get_by_label("File of the picture");
-    field.focus();
-    window.harness.run_steps(2);
-    window
-        .harness
-        .key_press_modifiers(Modifiers::COMMAND, Key::A);
-    window.harness.run_steps(1);
-    (window.harness.get_by_label("File of the picture")).type_text(name.to_str().unwrap());
-    window.harness.run_steps(2);
-    window.click("Save picture");
-    let written = image::open(&name).unwrap().to_rgba8();
-    window.click("Close");
-    assert!(
-        changed(&window.picture(), &written) < 0.02,
-        "the hint alone is not in the file"
-    );
-    window.click("Save a turn");
-    window.settle();
-    let said = window.app().message().unwrap().clone();
-    assert!(
-        !said.is_error && said.text.contains("60 frames"),
-        "{}",
-        said.text
-    );
-    let turn = std::fs::read(name.with_extension("webp")).unwrap();
-    assert_eq!(&turn[..4], b"RIFF");
-    assert_eq!(turn.windows(4).filter(|w| w == b"ANMF").count(), 60);
-    // What cannot be written is said.
-    window.click("Close");
-    std::fs::remove_dir_all(folder.path()).unwrap();
-    window.click("Save picture");
-    assert!(window.app().message().unwrap().is_error);
 }

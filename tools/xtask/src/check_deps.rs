@@ -77,6 +77,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "silmap-map",
             "silmap-gpu",
             "silmap-mesh-io",
+            "silmap-capture",
             "silmap-preprocess",
             "silmap-runtime",
             "silmap-study",

@@ -1,0 +1,205 @@
+//! What a scene needs before it can be drawn, made beside the drawing: another number of views, another hull, what is on the device.
+
+#[cfg(not(target_arch = "wasm32"))]
+use std::sync::Arc;
+
+use silmap_geometry::Watch;
+use silmap_gpu::Gpu;
+use silmap_map::{MapReader, Method};
+use silmap_study::{PictureOptions, PictureRenderer};
+
+use crate::crowd::Crowd;
+use crate::scene::Scene;
+
+/// What is made of what was loaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Shape {
+    /// How many views the map keeps; all where `None`.
+    pub(crate) keep: Option<u32>,
+    /// How many faces the hull has at most; its own where `None`.
+    pub(crate) faces: Option<u32>,
+    /// Whether lights can be moved.
+    pub(crate) relight: bool,
+    /// The method of many instances, where they can be drawn.
+    pub(crate) crowd: Option<Method>,
+}
+
+impl Shape {
+    /// What one model is drawn by.
+    fn of_one(&self) -> (Option<u32>, Option<u32>, bool) {
+        (self.keep, self.faces, self.relight)
+    }
+}
+
+/// A scene that can be drawn at once.
+pub(crate) struct Ready {
+    pub(crate) scene: Scene,
+    /// The shape that it has.
+    pub(crate) shape: Shape,
+    /// Whether it is another shape of what was shown, and nothing else.
+    pub(crate) is_reshaped: bool,
+    pub(crate) reader: Option<MapReader>,
+    /// `None`: the one that is there.
+    pub(crate) renderer: Option<PictureRenderer>,
+    /// `None`: the one that is there, where the renderer is.
+    pub(crate) crowd: Option<Crowd>,
+    /// Why its shape is not the one that was asked for.
+    pub(crate) complaint: Option<String>,
+}
+
+/// Makes scenes ready, on any thread.
+#[derive(Clone, Debug)]
+pub(crate) struct Maker {
+    pub(crate) gpu: Gpu,
+    pub(crate) options: PictureOptions,
+}
+
+impl Maker {
+    /// Makes a scene ready in a shape; one that is shown has its shape already. `None` where it was stopped.
+    ///
+    /// # Errors
+    /// One sentence, when the scene cannot be drawn.
+    pub(crate) fn make(
+        &self,
+        mut scene: Scene,
+        (asked, present): (Shape, Option<Shape>),
+        watch: &Watch<'_>,
+    ) -> Result<Option<Ready>, String> {
+        let mut shape = asked;
+        let Ok(complaint) = reshape(&mut scene, &mut shape, watch) else {
+            return Ok(None);
+        };
+        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", scene.name);
+        let reader = (scene.asset.as_ref())
+            .map(|asset| MapReader::new(&asset.map))
+            .transpose()
+            .map_err(|error| named(&error))?;
+        let options = PictureOptions {
+            relight: shape.relight,
+            ..self.options.clone()
+        };
+        let is_other = present.is_none_or(|present| present.of_one() != shape.of_one());
+        let renderer = is_other
+            .then(|| {
+                let mut renderer = PictureRenderer::new(&self.gpu, options.clone());
+                if let Some(asset) = &scene.asset {
+                    renderer.load_asset(&self.gpu, asset)?;
+                }
+                if let Some(model) = &scene.model {
+                    renderer.load_model(&self.gpu, model.mesh())?;
+                }
+                Ok(renderer)
+            })
+            .transpose()
+            .map_err(|error: silmap_study::RenderError| named(&error))?;
+        let is_there = present.and_then(|present| present.crowd);
+        let crowd = match (&scene.asset, shape.crowd) {
+            (Some(asset), Some(method)) if is_other || is_there != Some(method) => {
+                let made = Crowd::new(&self.gpu, &options, (method, asset));
+                Some(made.map_err(|error| named(&error))?)
+            }
+            _ => None,
+        };
+        // What the device refused belongs to what was made.
+        self.gpu.check_once().map_err(|error| named(&error))?;
+        Ok(Some(Ready {
+            is_reshaped: present.is_some(),
+            scene,
+            shape,
+            reader,
+            renderer,
+            crowd,
+            complaint,
+        }))
+    }
+}
+
+/// The caller asked to stop.
+struct Stopped;
+
+/// Gives the asset as many views and faces as is asked for, and says why it has not where it cannot.
+#[cfg(not(target_arch = "wasm32"))]
+fn reshape(
+    scene: &mut Scene,
+    shape: &mut Shape,
+    watch: &Watch<'_>,
+) -> Result<Option<String>, Stopped> {
+    use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
+
+    let Some(whole) = scene.loaded().cloned() else {
+        (shape.keep, shape.faces, shape.crowd) = (None, None, None);
+        return Ok(None);
+    };
+    let named = |error: String| Some(format!("{}: {error}", scene.name));
+    let mut complaint = None;
+    let own_faces = whole.hull.faces.len() as u32;
+    shape.faces = shape
+        .faces
+        .filter(|&faces| faces != own_faces && scene.can_have_other_hull());
+    let mut made = Arc::clone(&whole);
+    let mut with_other_hull = None;
+    if let Some(faces) = shape.faces {
+        match other_hull(scene, &whole, faces, watch) {
+            Ok(asset) => {
+                made = asset;
+                // Some models' hulls do not become as coarse as that.
+                let faces = faces.max(made.hull.faces.len() as u32);
+                shape.faces = Some(faces).filter(|&faces| faces != own_faces);
+                with_other_hull = Some((faces, Arc::clone(&made)));
+            }
+            Err(_) if watch.check().is_err() => return Err(Stopped),
+            Err(error) => {
+                complaint = named(error);
+                shape.faces = None;
+            }
+        }
+    }
+    let all = made.map.views.len() as u32;
+    shape.keep = shape.keep.filter(|&keep| keep < all);
+    if let Some(keep) = shape.keep {
+        match keep_fewer_views(&made, ViewGoal::Keep(keep)) {
+            Ok(fewer) => made = Arc::new(fewer),
+            Err(error) => {
+                complaint = named(error.to_string());
+                shape.keep = None;
+            }
+        }
+    }
+    scene.with_other_hull = with_other_hull;
+    scene.whole = (!Arc::ptr_eq(&made, &whole)).then_some(whole);
+    scene.asset = Some(made);
+    Ok(complaint)
+}
+
+/// The asset with another hull, made anew where it is not there yet.
+#[cfg(not(target_arch = "wasm32"))]
+fn other_hull(
+    scene: &Scene,
+    whole: &Arc<silmap_map::Asset>,
+    faces: u32,
+    watch: &Watch<'_>,
+) -> Result<Arc<silmap_map::Asset>, String> {
+    use silmap_preprocess::other_hull::with_hull_faces;
+    use silmap_preprocess::pipeline::Photographed;
+
+    let there = scene.with_other_hull.as_ref();
+    if let Some((_, asset)) = there.filter(|(of, _)| *of == faces) {
+        return Ok(Arc::clone(asset));
+    }
+    let model = scene.model.as_ref().ok_or("there is no mesh")?;
+    let none = Photographed::default();
+    let seen = scene.photographed.as_deref().unwrap_or(&none);
+    let made = with_hull_faces(whole, (model, seen), faces, watch);
+    let (asset, _) = made.map_err(|error| error.to_string())?;
+    Ok(Arc::new(asset))
+}
+
+/// On a page assets are shown as they are.
+#[cfg(target_arch = "wasm32")]
+fn reshape(scene: &mut Scene, shape: &mut Shape, _: &Watch<'_>) -> Result<Option<String>, Stopped> {
+    (shape.keep, shape.faces) = (None, None);
+    if scene.asset.is_none() {
+        shape.crowd = None;
+    }
+    Ok(None)
+}
