@@ -12,6 +12,9 @@ struct Placement {
     origin_px: [f32; 2],
     split_px: f32,
     encodes: f32,
+    shift_px: f32,
+    /// To a multiple of sixteen bytes.
+    padding: [f32; 3],
 }
 
 /// What draws pictures into passes of one format.
@@ -122,7 +125,10 @@ impl Blit {
 pub(crate) struct PictureCallback {
     pub(crate) placed: Arc<Placed>,
     pub(crate) origin_px: [f32; 2],
+    /// The column at which the right one begins, from the left one's first.
     pub(crate) split_px: f32,
+    /// How far the right one is to the right of the left one.
+    pub(crate) shift_px: f32,
 }
 
 impl CallbackTrait for PictureCallback {
@@ -138,6 +144,8 @@ impl CallbackTrait for PictureCallback {
             origin_px: self.origin_px,
             split_px: self.split_px,
             encodes: if self.placed.blit.encodes { 1.0 } else { 0.0 },
+            shift_px: self.shift_px,
+            padding: [0.0; 3],
         };
         queue.write_buffer(&self.placed.uniform, 0, bytemuck::bytes_of(&placement));
         Vec::new()

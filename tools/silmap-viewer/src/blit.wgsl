@@ -1,4 +1,5 @@
-// Brings two drawn pictures of the same size into the window: the left one up to a column, the right one from there on.
+// Brings two drawn pictures of the same size into the window: the left one up to a column, the right one from there on, in the same place or
+// beside the left one.
 
 struct Placement {
     // The picture's top left pixel in the window.
@@ -7,6 +8,8 @@ struct Placement {
     split_px: f32,
     // 1 where the window takes encoded colours, 0 where it encodes by itself.
     encodes: f32,
+    // How far to the right of the left picture the right one lies.
+    shift_px: f32,
 }
 
 @group(0) @binding(0) var<uniform> placement: Placement;
@@ -29,10 +32,10 @@ fn encoded(linear: vec3<f32>) -> vec3<f32> {
 fn place(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let at = vec2<i32>(floor(position.xy - placement.origin_px));
     let last = vec2<i32>(textureDimensions(left)) - 1;
-    let texel = clamp(at, vec2<i32>(0), last);
-    var colour = textureLoad(left, texel, 0);
-    if f32(texel.x) + 0.5 > placement.split_px {
-        colour = textureLoad(right, texel, 0);
+    var colour = textureLoad(left, clamp(at, vec2<i32>(0), last), 0);
+    if f32(at.x) + 0.5 > placement.split_px {
+        let beside = at - vec2<i32>(i32(placement.shift_px), 0);
+        colour = textureLoad(right, clamp(beside, vec2<i32>(0), last), 0);
     }
     return vec4<f32>(select(colour.rgb, encoded(colour.rgb), placement.encodes > 0.5), 1.0);
 }

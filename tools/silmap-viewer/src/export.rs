@@ -97,8 +97,8 @@ struct Turn {
 pub(crate) fn save_turn(viewer: &mut Viewer, context: &egui::Context) {
     let path = PathBuf::from(&viewer.export.name).with_extension("webp");
     let camera = viewer.orbit.camera(viewer.picture_px);
-    let shown = viewer.shown(viewer.look.shown);
-    let picture = viewport::picture(viewer, shown, &camera);
+    let how = (viewer.shown(viewer.look.shown), viewer.method_of(0));
+    let picture = viewport::picture(viewer, how, &camera);
     let (Picture::Single(params), Some(stage)) = (picture, &viewer.stage) else {
         viewer.say("a turn of many instances cannot be saved: show one", true);
         return;

@@ -27,6 +27,7 @@ mod overlays;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
 mod panel;
+mod panes;
 #[cfg(not(target_arch = "wasm32"))]
 mod photographs;
 mod scene;

@@ -94,6 +94,23 @@ impl Named for MethodChoice {
     ];
 }
 
+/// How two pictures share the window.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// One picture, drawn one way on the left of a line and another way on its right.
+    #[default]
+    Split,
+    /// Two whole pictures.
+    Sides,
+}
+
+impl Named for Layout {
+    const ALL: &'static [(Self, &'static str, &'static str)] = &[
+        (Self::Split, "split", "Split at a line"),
+        (Self::Sides, "sides", "Side by side"),
+    ];
+}
+
 impl Named for Paint {
     const ALL: &'static [(Self, &'static str, &'static str)] = &[
         (Self::Relief, "relief", "Relief"),
@@ -165,10 +182,14 @@ pub struct Look {
     pub shown: Shown,
     /// The right one, where there are two.
     pub beside: Option<Shown>,
+    /// How the two share the window.
+    pub layout: Layout,
     /// Where they meet, 0 to 1 across the window.
     pub split: f32,
     /// How outlines are interpolated.
     pub method: MethodChoice,
+    /// How they are in the right picture, where that differs.
+    pub beside_method: Option<MethodChoice>,
     /// What the hull shows.
     pub paint: Paint,
     /// How edges are smoothed.
@@ -192,8 +213,10 @@ impl Default for Look {
         Self {
             shown: Shown::Clipped,
             beside: None,
+            layout: Layout::Split,
             split: 0.5,
             method: MethodChoice(None),
+            beside_method: None,
             paint: Paint::default(),
             antialias: Antialias::default(),
             overlays: Overlays::default(),
@@ -290,7 +313,9 @@ impl Look {
                     let share = value.parse().ok().filter(|s| (0.0..=1.0).contains(s));
                     look.split = share.ok_or_else(|| wrong("a number from 0 to 1 is wanted"))?;
                 }
+                "layout" => look.layout = word(value, &wrong)?,
                 "method" => look.method = word(value, &wrong)?,
+                "beside-method" => look.beside_method = Some(word(value, &wrong)?),
                 "paint" => look.paint = word(value, &wrong)?,
                 "antialias" => look.antialias = word(value, &wrong)?,
                 "light" => {
@@ -352,6 +377,7 @@ impl Look {
         word("mode", self.shown != plain.shown, self.shown.word());
         if let Some(beside) = self.beside {
             word("beside", true, beside.word());
+            word("layout", self.layout != plain.layout, self.layout.word());
             word(
                 "split",
                 (self.split - plain.split).abs() > 1e-4,
@@ -359,6 +385,9 @@ impl Look {
             );
         }
         word("method", self.method != plain.method, self.method.word());
+        if let Some(method) = self.beside_method {
+            word("beside-method", true, method.word());
+        }
         word("paint", self.paint != plain.paint, self.paint.word());
         word(
             "antialias",
@@ -406,8 +435,10 @@ mod tests {
         let look = Look {
             shown: Shown::Original,
             beside: Some(Shown::Clipped),
+            layout: Layout::Sides,
             split: 0.25,
             method: MethodChoice(Some(Method::Paper)),
+            beside_method: Some(MethodChoice(Some(Method::Hull))),
             paint: Paint::Tiles,
             antialias: Antialias::Msaa,
             overlays: Overlays {

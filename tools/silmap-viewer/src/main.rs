@@ -69,9 +69,15 @@ mod desktop {
         /// The mode of a second picture, to the right of a line that can be dragged
         #[arg(long, value_name = "MODE")]
         beside: Option<String>,
+        /// How the two share the window: split or sides
+        #[arg(long, requires = "beside")]
+        layout: Option<String>,
         /// auto, tight, hull or paper
         #[arg(long)]
         method: Option<String>,
+        /// The method of the second picture, where it is another
+        #[arg(long, value_name = "METHOD", requires = "beside")]
+        beside_method: Option<String>,
         /// relief, blended, nearest, views, tiles or lit
         #[arg(long)]
         paint: Option<String>,
@@ -117,7 +123,9 @@ mod desktop {
                 ("fov", &self.fov),
                 ("mode", &self.mode),
                 ("beside", &self.beside),
+                ("layout", &self.layout),
                 ("method", &self.method),
+                ("beside-method", &self.beside_method),
                 ("paint", &self.paint),
                 ("antialias", &self.antialias),
                 ("light", &self.light),

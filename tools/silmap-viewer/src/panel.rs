@@ -3,7 +3,7 @@
 use egui::{ComboBox, RichText, Slider, Ui};
 use glam::DVec3;
 
-use crate::look::{FACES, Look, MethodChoice, Named, Shown};
+use crate::look::{FACES, Layout, Look, MethodChoice, Named, Shown};
 use crate::orbit::StandardView;
 use crate::viewer::Viewer;
 use silmap_study::{Antialias, Paint};
@@ -49,12 +49,11 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
     }
     let right = viewer.look.beside.map(|beside| viewer.shown(beside));
     if let (Some(beside), Some(right)) = (&mut viewer.look.beside, right) {
-        choice_of(ui, "Right", (beside, right), can_show);
-        ui.add(
-            Slider::new(&mut viewer.look.split, 0.02..=0.98)
-                .text("Line")
-                .show_value(false),
-        );
+        choice_of(ui, "Show, right", (beside, right), can_show);
+        choice(ui, "Layout", &mut viewer.look.layout, |_: Layout| true);
+        let split = Slider::new(&mut viewer.look.split, 0.02..=0.98);
+        let is_split = viewer.look.layout == Layout::Split;
+        ui.add_enabled(is_split, split.text("Line").show_value(false));
     }
     ui.add_enabled_ui(has_asset, |ui| asset_controls(viewer, ui));
     light_controls(viewer, ui);
@@ -79,6 +78,8 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
         }
     });
     ui.checkbox(&mut viewer.is_turning, "Turn by itself");
+    ui.checkbox(&mut viewer.has_inertia, "Inertia")
+        .on_hover_text("what is let go while it turns goes on turning for a moment");
     if ui.button("Copy a link to this view").clicked() {
         ui.ctx().copy_text(viewer.link());
     }
@@ -125,6 +126,11 @@ fn asset_controls(viewer: &mut Viewer, ui: &mut Ui) {
         .is_some_and(|a| a.map.has_depth());
     let can_use = |choice: MethodChoice| has_depth || choice.0 != Some(silmap_map::Method::Tight);
     choice(ui, "Method", &mut viewer.look.method, can_use);
+    if viewer.look.beside.is_some() {
+        let mut method = viewer.look.beside_method.unwrap_or(viewer.look.method);
+        choice(ui, "Method, right", &mut method, can_use);
+        viewer.look.beside_method = Some(method).filter(|&m| m != viewer.look.method);
+    }
     choice(ui, "Paint", &mut viewer.look.paint, |_: Paint| true);
     let mut is_many = viewer.look.instances > 1;
     // Many are always drawn by samples.

@@ -159,11 +159,11 @@ impl Stage {
         Ok(())
     }
 
-    /// What puts the pictures into the window: the left one up to a column, the right one from there on.
+    /// What puts the pictures into the window: the left one up to a column, the right one, so far to the right of it, from there on.
     pub(crate) fn callback(
         &mut self,
         origin_px: [f32; 2],
-        split_px: f32,
+        (split_px, shift_px): (f32, f32),
     ) -> Option<PictureCallback> {
         if self.placed.is_none() {
             let [left, right] = &self.targets;
@@ -177,6 +177,7 @@ impl Stage {
             placed: Arc::clone(self.placed.as_ref()?),
             origin_px,
             split_px,
+            shift_px,
         })
     }
 

@@ -62,6 +62,10 @@ pub struct Viewer {
     pub(crate) help_is_open: bool,
     pub(crate) hint_is_shown: bool,
     pub(crate) is_turning: bool,
+    /// Whether it goes on turning when it is let go.
+    pub(crate) has_inertia: bool,
+    /// How the picture is dragged, or was when it was let go, points in a second.
+    pub(crate) spin: egui::Vec2,
     pub(crate) timing: Timing,
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) export: Export,
@@ -105,6 +109,8 @@ impl Viewer {
             help_is_open: false,
             hint_is_shown: true,
             is_turning: false,
+            has_inertia: false,
+            spin: egui::Vec2::ZERO,
             timing: Timing::default(),
             #[cfg(not(target_arch = "wasm32"))]
             export: Export::default(),
@@ -179,6 +185,12 @@ impl Viewer {
     pub fn take_look(&mut self, look: Look) {
         self.frames_next |= look.pose.is_some();
         self.look = look;
+    }
+
+    /// The method of a pane, 0 or 1.
+    pub(crate) fn method_of(&self, pane: usize) -> silmap_map::Method {
+        let beside = self.look.beside_method.filter(|_| pane == 1);
+        self.scene.method(beside.unwrap_or(self.look.method).0)
     }
 
     /// Where the picture is in the window: left, top, width and height, pixels.

@@ -6,14 +6,15 @@ use egui::{
 };
 use glam::DVec2;
 use silmap_geometry::Camera;
-use silmap_map::Interpolation;
+use silmap_map::{Interpolation, Method};
 use silmap_study::{Background, EdgeParams, FrameParams};
 use web_time::Instant;
 
 use crate::crowd::CrowdParams;
-use crate::look::{Named, Shown};
+use crate::look::{Layout, Named, Shown};
 use crate::orbit::Orbit;
 use crate::overlays;
+use crate::panes::Panes;
 use crate::stage::Picture;
 use crate::viewer::Viewer;
 
@@ -30,27 +31,18 @@ const KEY_ZOOM: f64 = 1.15;
 /// Radians in a second, where it turns by itself.
 const TURN_RAD: f64 = 0.6;
 
+/// A turn that is let go slows to a part of e in so many seconds, and ends below so many points in a second.
+const SPIN_SECONDS: f32 = 0.4;
+const LEAST_SPIN: f32 = 8.0;
+
 /// Draws it into the room that is left.
 pub(crate) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let rect = ui.available_rect_before_wrap();
-    let per_point = ui.ctx().pixels_per_point();
-    // Whole pixels of the window.
-    let edge = |x: f32| (x * per_point).round();
-    let origin_px = [edge(rect.min.x), edge(rect.min.y)];
-    let limit = viewer
-        .stage
-        .as_ref()
-        .map_or(1, |s| s.gpu.device.limits().max_texture_dimension_2d);
-    let size_px = (
-        ((edge(rect.max.x) - origin_px[0]).max(0.0) as u32).min(limit),
-        ((edge(rect.max.y) - origin_px[1]).max(0.0) as u32).min(limit),
-    );
-    // A window may have no area.
-    if size_px.0 == 0 || size_px.1 == 0 {
+    let Some(panes) = Panes::of(viewer, rect, ui.ctx().pixels_per_point()) else {
         return;
-    }
-    viewer.picture_px = size_px;
-    viewer.origin_px = origin_px;
+    };
+    viewer.picture_px = panes.size_px;
+    viewer.origin_px = panes.origin_px;
     let id = Id::unique("picture");
     let response = ui.interact(rect, id, Sense::click_and_drag());
     response
@@ -68,16 +60,36 @@ pub(crate) fn show(viewer: &mut Viewer, ui: &mut Ui) {
         response.request_focus();
         viewer.hint_is_shown = false;
     }
+    turn_on(viewer, ui, &response);
+    viewer.orbit.keep_outside(viewer.scene.sphere());
+    let camera = viewer.orbit.camera(panes.size_px);
+    draw(viewer, ui, &panes, &camera);
+    draw_overlays(viewer, ui, &panes, &camera);
+    labels(viewer, ui, &panes);
+}
+
+/// Turns by itself, or as it was let go.
+fn turn_on(viewer: &mut Viewer, ui: &Ui, response: &egui::Response) {
+    let seconds = ui.input(|i| i.stable_dt).min(0.1);
+    let is_free = !viewer.scene.is_empty() && !response.is_pointer_button_down_on();
     if viewer.is_turning && !viewer.scene.is_empty() {
-        let seconds = f64::from(ui.input(|i| i.stable_dt).min(0.1));
-        viewer.orbit.azimuth_rad += TURN_RAD * seconds;
+        viewer.orbit.azimuth_rad += TURN_RAD * f64::from(seconds);
         ui.ctx().request_repaint();
     }
-    viewer.orbit.keep_outside(viewer.scene.sphere());
-    let camera = viewer.orbit.camera(size_px);
-    draw(viewer, ui, (rect, origin_px), &camera);
-    draw_overlays(viewer, ui, rect, &camera);
-    labels(viewer, ui, rect);
+    if !viewer.has_inertia {
+        viewer.spin = egui::Vec2::ZERO;
+    } else if is_free && viewer.spin != egui::Vec2::ZERO {
+        let by = viewer.spin * seconds;
+        let height = f64::from(response.rect.height());
+        viewer
+            .orbit
+            .orbit(DVec2::new(by.x.into(), by.y.into()), height);
+        viewer.spin *= (-seconds / SPIN_SECONDS).exp();
+        if viewer.spin.length() < LEAST_SPIN {
+            viewer.spin = egui::Vec2::ZERO;
+        }
+        ui.ctx().request_repaint();
+    }
 }
 
 /// Sets the camera once a scene is there: as the link says, or so that all is seen.
@@ -111,7 +123,7 @@ fn place_camera(viewer: &mut Viewer) {
 
 /// The line between two pictures; whether it is being dragged.
 fn split_line(viewer: &mut Viewer, ui: &mut Ui, rect: Rect) -> bool {
-    if viewer.look.beside.is_none() {
+    if viewer.look.beside.is_none() || viewer.look.layout == Layout::Sides {
         return false;
     }
     let x = rect.left() + viewer.look.split * rect.width();
@@ -172,7 +184,12 @@ fn take_pointer(viewer: &mut Viewer, ui: &Ui, response: &egui::Response, split_i
                 .roll(drag.x * std::f64::consts::PI / f64::from(response.rect.width()).max(1.0));
         } else {
             viewer.orbit.orbit(drag, height);
+            let seconds = ui.input(|i| i.stable_dt).max(1e-3);
+            viewer.spin = response.drag_delta() / seconds;
         }
+    } else if response.is_pointer_button_down_on() {
+        // Held still.
+        viewer.spin = egui::Vec2::ZERO;
     }
     // On a page the wheel scrolls the page, unless the picture has the keyboard.
     let is_ours = !cfg!(target_arch = "wasm32") || ui.input(|i| i.focused);
@@ -234,10 +251,13 @@ fn take_keys(viewer: &mut Viewer, ui: &Ui, id: Id, has_focus: bool) {
 }
 
 /// What a pane shows.
-pub(crate) fn picture(viewer: &Viewer, shown: Shown, camera: &Camera) -> Picture {
+pub(crate) fn picture(
+    viewer: &Viewer,
+    (shown, method): (Shown, Method),
+    camera: &Camera,
+) -> Picture {
     let background = Background::Colour(BACKGROUND);
     let mode = shown.mode();
-    let method = viewer.scene.method(viewer.look.method.0);
     let can_be_lit = viewer.stage.as_ref().is_some_and(|s| s.can_relight());
     let is_lit = can_be_lit && (mode.shows_hull() || shown == Shown::Original);
     let light = viewer.look.light.filter(|_| is_lit);
@@ -266,14 +286,15 @@ pub(crate) fn picture(viewer: &Viewer, shown: Shown, camera: &Camera) -> Picture
     })
 }
 
-fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camera: &Camera) {
+fn draw(viewer: &mut Viewer, ui: &Ui, panes: &Panes, camera: &Camera) {
     if viewer.scene.is_empty() {
         return;
     }
-    let panes = [Some(viewer.look.shown), viewer.look.beside];
-    let pictures =
-        panes.map(|asked| asked.map(|asked| picture(viewer, viewer.shown(asked), camera)));
-    let size_px = (camera.width_px, camera.height_px);
+    let asked = [Some(viewer.look.shown), viewer.look.beside];
+    let pictures: [_; 2] = std::array::from_fn(|pane| {
+        let how = (viewer.shown(asked[pane]?), viewer.method_of(pane));
+        Some(picture(viewer, how, camera))
+    });
     let Some(stage) = &mut viewer.stage else {
         return;
     };
@@ -281,18 +302,15 @@ fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camer
     for (pane, picture) in pictures.iter().enumerate() {
         let Some(picture) = picture else { continue };
         let since = Instant::now();
-        match stage.draw(pane, size_px, picture) {
+        match stage.draw(pane, panes.size_px, picture) {
             Ok(true) if pane == 0 => viewer.timing.submitted(since, &stage.gpu.queue),
             Ok(_) => {}
             Err(error) => failure = Some(error.to_string()),
         }
     }
-    let split_px = match viewer.look.beside {
-        Some(_) => viewer.look.split * size_px.0 as f32,
-        None => 2.0 * size_px.0 as f32,
-    };
-    if let Some(callback) = stage.callback(origin_px, split_px) {
-        let shape = egui_wgpu::Callback::new_paint_callback(rect, callback);
+    let places = (panes.split_px, panes.shift_px);
+    if let Some(callback) = stage.callback(panes.origin_px, places) {
+        let shape = egui_wgpu::Callback::new_paint_callback(panes.rect, callback);
         ui.painter().add(shape);
     }
     if let Err(error) = stage.check() {
@@ -303,45 +321,50 @@ fn draw(viewer: &mut Viewer, ui: &Ui, (rect, origin_px): (Rect, [f32; 2]), camer
     }
 }
 
-fn draw_overlays(viewer: &mut Viewer, ui: &Ui, rect: Rect, camera: &Camera) {
+fn draw_overlays(viewer: &mut Viewer, ui: &Ui, panes: &Panes, camera: &Camera) {
     let wanted = viewer.look.overlays;
-    let painter = ui.painter().with_clip_rect(rect);
-    let view = overlays::View {
-        painter: &painter,
-        rect,
-        camera,
-        px_per_point: ui.ctx().pixels_per_point(),
-    };
-    #[cfg(not(target_arch = "wasm32"))]
-    if wanted.photographs && !viewer.scene.shots.is_empty() {
-        let about = (&viewer.scene, &viewer.orbit);
-        viewer.photographs.draw(ui.ctx(), &view, about);
-    }
-    let (Some(asset), Some(reader)) = (viewer.scene.asset.clone(), &mut viewer.reader) else {
-        return;
-    };
-    if wanted.polytope {
-        view.polytope(&asset);
-    }
-    if wanted.cameras {
-        view.cameras(&asset);
-    }
-    if wanted.outline || wanted.triangle {
-        let method = viewer.scene.method(viewer.look.method.0);
-        let outline = silmap_map::outline(&asset.map, camera, Interpolation::from(method), reader);
-        if let Ok(outline) = outline {
-            if wanted.triangle {
-                view.triangle(&asset, &outline);
-            }
-            if wanted.outline {
-                view.outline(&outline);
+    let count = if viewer.look.beside.is_some() { 2 } else { 1 };
+    for pane in 0..count {
+        let painter = ui.painter().with_clip_rect(panes.seen[pane]);
+        let view = overlays::View {
+            painter: &painter,
+            rect: panes.pictures[pane],
+            camera,
+            px_per_point: ui.ctx().pixels_per_point(),
+        };
+        #[cfg(not(target_arch = "wasm32"))]
+        if wanted.photographs && !viewer.scene.shots.is_empty() {
+            let about = (&viewer.scene, &viewer.orbit);
+            viewer.photographs.draw(ui.ctx(), &view, about);
+        }
+        let method = viewer.method_of(pane);
+        let (Some(asset), Some(reader)) = (viewer.scene.asset.clone(), &mut viewer.reader) else {
+            continue;
+        };
+        if wanted.polytope {
+            view.polytope(&asset);
+        }
+        if wanted.cameras {
+            view.cameras(&asset);
+        }
+        if wanted.outline || wanted.triangle {
+            let how = Interpolation::from(method);
+            let outline = silmap_map::outline(&asset.map, camera, how, reader);
+            if let Ok(outline) = outline {
+                if wanted.triangle {
+                    view.triangle(&asset, &outline);
+                }
+                if wanted.outline {
+                    view.outline(&outline);
+                }
             }
         }
     }
 }
 
 /// What the pictures are, and what to do first.
-fn labels(viewer: &Viewer, ui: &Ui, rect: Rect) {
+fn labels(viewer: &Viewer, ui: &Ui, panes: &Panes) {
+    let rect = panes.rect;
     if viewer.scene.is_empty() {
         return;
     }
@@ -359,20 +382,30 @@ fn labels(viewer: &Viewer, ui: &Ui, rect: Rect) {
         painter.galley(place, galley, Color32::from_gray(40));
     };
     if let Some(beside) = viewer.look.beside {
-        let x = rect.left() + viewer.look.split * rect.width();
+        let x = panes.seen[0].right();
         let line = Stroke::new(2.0, Color32::from_gray(90));
         painter.line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], line);
-        painter.circle(pos2(x, rect.center().y), 7.0, Color32::WHITE, line);
-        let labels = [viewer.look.shown, beside].map(|asked| viewer.shown(asked).label());
+        if viewer.look.layout == Layout::Split {
+            painter.circle(pos2(x, rect.center().y), 7.0, Color32::WHITE, line);
+        }
+        let names_method = viewer.look.beside_method.is_some();
+        let label = |pane: usize, asked| {
+            let shown = viewer.shown(asked);
+            if names_method && shown.mode().needs_outline() {
+                format!("{}, {}", shown.label(), viewer.method_of(pane).name())
+            } else {
+                shown.label().to_owned()
+            }
+        };
         text(
             pos2(x - 10.0, rect.top() + 6.0),
             Align2::RIGHT_TOP,
-            labels[0],
+            &label(0, viewer.look.shown),
         );
         text(
             pos2(x + 10.0, rect.top() + 6.0),
             Align2::LEFT_TOP,
-            labels[1],
+            &label(1, beside),
         );
     }
     if viewer.hint_is_shown {

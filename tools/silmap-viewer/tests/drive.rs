@@ -149,6 +149,25 @@ fn each_control_changes_what_it_says() {
     window.click("Beside another");
     assert!(window.app().look().beside.is_some());
     differs(&mut window, "another picture beside it", 1e-3);
+    window.choose("Layout", "Side by side");
+    differs(&mut window, "two whole pictures", 0.02);
+    window.choose("Show", "Clipped hull");
+    window.choose("Show, right", "Clipped hull");
+    let halves = |window: &mut Window| {
+        let whole = window.picture();
+        let half = whole.width() / 2;
+        // Below the labels, above the hint, and without the line between them.
+        let (width, height) = (half - 8, whole.height() - 80);
+        let part = |x| image::imageops::crop_imm(&whole, x + 4, 40, width, height).to_image();
+        changed(&part(0), &part(half))
+    };
+    assert!(halves(&mut window) < 2e-3, "the same twice");
+    window.choose("Method, right", "Paper");
+    assert!(halves(&mut window) > 2e-3, "another method on the right");
+    window.choose("Method, right", "Best for the asset");
+    window.choose("Layout", "Split at a line");
+    window.choose("Show", "Clipped hull");
+    before_again(&mut window, &mut differs);
     window.click("Beside another");
     window.click("Left");
     differs(&mut window, "the view from the left", 0.02);
@@ -197,6 +216,14 @@ fn mouse_and_keys_move_the_camera() {
             what == "roll",
             "{what} {button:?}: {before:?} {after:?}"
         );
+    }
+    // What is let go while it turns stands still, unless inertia is asked for.
+    for (has_inertia, what) in [(false, "it stands"), (true, "it goes on")] {
+        window.drag(center, by, PointerButton::Primary, Modifiers::NONE);
+        let before = window.app().link();
+        window.harness.run_steps(4);
+        assert_eq!(window.app().link() != before, has_inertia, "{what}");
+        window.click("Inertia");
     }
     window.press(Key::F);
     let framed = window.app().link();
