@@ -150,7 +150,7 @@ start(async () => {
     const { usedJSHeapSize } = performance.memory ?? {};
     return {
       heap: usedJSHeapSize, wasm: outlines?.memory.buffer.byteLength ?? 0, worker: (await outlines?.workerMemory()) ?? 0,
-      outlines: outlines ? outlines.texture.image.data.byteLength : 0, geometries: renderer.info.memory.geometries, textures: renderer.info.memory.textures,
+      outlines: outlines?.texels.byteLength ?? 0, geometries: renderer.info.memory.geometries, textures: renderer.info.memory.textures,
     };
   };
   /** Resolves when the device has drawn. */

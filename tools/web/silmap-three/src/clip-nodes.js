@@ -2,7 +2,7 @@
 //
 // The renderer takes materials with the same nodes for one, so that nodes must not hold what is a mesh's own: they ask the mesh that is
 // drawn. They do so when all else is ready, for a shadow may be drawn while a mesh waits for its turn.
-import { DataTexture, FloatType, RGBAFormat, RGBAIntegerFormat, UnsignedIntType, Vector2, Vector4 } from 'three';
+import { DataArrayTexture, DataTexture, FloatType, RGBAFormat, RGBAIntegerFormat, UnsignedIntType, Vector2, Vector4 } from 'three';
 import {
   Fn, If, Loop, bool, cross, dFdx, dFdy, dot, float, instanceIndex, int, ivec2, materialOpacity, max, min, mix, normalize, positionGeometry, select,
   sqrt, texture, uint, uintBitsToFloat, uniform, varying, vec2, vec3, vec4,
@@ -55,8 +55,15 @@ const turnOf = (a, b) => {
 
 /** How much of the pixel is inside; 0 or 1 where no part counts. */
 function shareNode(isInstanced) {
-  const texels = ofMesh(texture(new DataTexture(new Uint32Array(4), 1, 1, RGBAIntegerFormat, UnsignedIntType)), 'silmapTexels');
-  const texel = (at) => texels.load(ivec2(at.mod(int(ROW)), at.div(int(ROW))));
+  const nothing = Object.assign(new DataArrayTexture(new Uint32Array(4), 1, 1, 1), { format: RGBAIntegerFormat, type: UnsignedIntType });
+  const texels = ofMesh(texture(nothing), 'silmapTexels');
+  // Both lengths are powers of two.
+  const rowBits = ofMesh(uniform(0, 'uint'), 'silmapLayerBits');
+  const lastRow = int(1).shiftLeft(rowBits).sub(int(1));
+  const texel = (at) => {
+    const row = at.shiftRight(uint(Math.log2(ROW)));
+    return texels.load(ivec2(at.bitAnd(int(ROW - 1)), row.bitAnd(lastRow))).depth(row.shiftRight(rowBits));
+  };
   const sphere = ofMesh(uniform(new Vector4()), 'silmapSphere');
   const fromMesh = ofMesh(uniform(new Vector4()), 'silmapFromMesh');
   const soft = ofMesh(uniform(0), 'silmapSoft');

@@ -1,6 +1,6 @@
 // Types of `silmap-three`.
 import type {
-  BufferGeometry, DataTexture, InstancedMesh, Material, Mesh, Vector4,
+  BufferGeometry, InstancedMesh, Material, Mesh, Vector4,
 } from 'three';
 import type { GLTF, GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
 
@@ -30,8 +30,8 @@ export class Outlines {
   static read(source: { file: Uint8Array; names?: string[]; files?: Uint8Array[] }, options?: OutlineOptions): Promise<Outlines>;
   /** Middle and radius of the sphere about the model. */
   readonly sphere: Float64Array;
-  /** What shaders read. */
-  readonly texture: DataTexture;
+  /** What shaders read; a texture has it on the device. */
+  readonly texels: Uint32Array;
   /** Outlines that were made since the asset was read. */
   readonly made: number;
   /** Resolves when no outline is being made: draw, wait, and draw again for a picture with all outlines. */

@@ -78,7 +78,9 @@ const Clipped = (Base) => class extends Base {
     this.fromMesh = fromMesh;
     const [x, y, z, radius] = outlines.sphere;
     const uniforms = {
-      silmapTexels: { value: outlines.texture },
+      // A renderer has a texture of its own.
+      silmapTexels: { value: null },
+      silmapLayerBits: { value: Math.log2(outlines.layerRows) },
       silmapSphere: { value: new Vector4(x, y, z, radius) },
       silmapFromMesh: { value: fromMesh },
       silmapSoft: { value: 0 },
@@ -98,13 +100,13 @@ const Clipped = (Base) => class extends Base {
     this.onBeforeShadow = (renderer, _object, _camera, shadowCamera) => renderer.isWebGLRenderer && this.updateOutlines(renderer, shadowCamera, false);
   }
 
-  #updatedFor = { camera: null, renderId: -1 };
+  #updatedFor = { renderer: null, camera: null, renderId: -1 };
 
   /** Brings what shaders read up to date, once in a pass. */
   updateOnce(renderer, camera, renderId) {
     const last = this.#updatedFor;
-    if (last.camera === camera && last.renderId === renderId) return;
-    this.#updatedFor = { camera, renderId };
+    if (last.renderer === renderer && last.camera === camera && last.renderId === renderId) return;
+    this.#updatedFor = { renderer, camera, renderId };
     this.updateOutlines(renderer, camera, samplesOf(renderer) > 1);
   }
 
@@ -172,6 +174,7 @@ export class SilmapMesh extends Clipped(Mesh) {
 
   updateOutlines(renderer, camera, isSoft) {
     const { outlines, clipUniforms } = this;
+    clipUniforms.silmapTexels.value = outlines.textureFor(renderer);
     writeEye(this.#eye, 0, camera, this.worldFromMap(this.#matrix), outlines.sphere, heightOf(renderer));
     outlines.find(this.#eye, this.before(camera, 1), this.#record);
     clipUniforms.silmapEye.value.fromArray(this.#record);
@@ -217,6 +220,7 @@ export class SilmapInstancedMesh extends Clipped(InstancedMesh) {
     const { outlines, count, geometry } = this;
     const records = this.#recordsOf(camera);
     this.clipUniforms.silmapRecords.value = records;
+    this.clipUniforms.silmapTexels.value = outlines.textureFor(renderer);
     const eyes = this.#eyes;
     const heightPx = heightOf(renderer);
     if (geometry.boundingSphere === null) geometry.computeBoundingSphere();

@@ -1,5 +1,5 @@
 // The outlines of one asset: which there are, the texture that holds them, and the worker that makes new ones.
-import { DataTexture, NearestFilter, RGBAIntegerFormat, UnsignedIntType } from 'three';
+import { DataArrayTexture, DataTexture, RGBAIntegerFormat, UnsignedIntType } from 'three';
 import init, { OutlineCells, OutlineMaker } from '../dist/silmap_outlines.js';
 import { ROW } from './clip-glsl.js';
 
@@ -11,6 +11,10 @@ const REQUEST = 6;
 /** Outlines that are being made at a time, and made at once without a worker for eyes that have one that serves for now. */
 const MOST_PENDING = 96;
 const MOST_AT_ONCE = 8;
+
+/** Layers that a texture may have on every device. */
+const MOST_LAYERS = 256;
+const LEAST_ROWS = 16;
 
 let compiled;
 let workshop;
@@ -119,13 +123,37 @@ export class Outlines {
       self.close = () => maker.free();
       self.workerMemory = async () => 0;
     }
-    const rows = Math.max(16, Math.ceil(outlineBytes / (16 * ROW)));
-    self.cells = new OutlineCells(self.sphere, reuseErrorPx, rows * ROW);
-    const texture = new DataTexture(new Uint32Array(4 * rows * ROW), ROW, rows, RGBAIntegerFormat, UnsignedIntType);
-    texture.minFilter = texture.magFilter = NearestFilter;
-    texture.needsUpdate = true;
-    self.texture = texture;
+    const rows = Math.max(LEAST_ROWS, Math.ceil(outlineBytes / (16 * ROW)));
+    self.layerRows = 2 ** Math.max(0, Math.ceil(Math.log2(rows / MOST_LAYERS)));
+    self.layers = Math.ceil(rows / self.layerRows);
+    const texels = self.layers * self.layerRows * ROW;
+    self.cells = new OutlineCells(self.sphere, reuseErrorPx, texels);
+    self.texels = new Uint32Array(4 * texels);
     return self;
+  }
+
+  #device = null;
+  #texture = null;
+  #isSent = false;
+
+  /**
+   * The texture that a renderer reads. WebGLRenderer sends what changed of any; WebGPURenderer sends no less than a layer. Renderers that take
+   * turns are sent the whole each time, and so is one whose context was lost.
+   */
+  textureFor(renderer) {
+    const device = renderer.properties ?? renderer;
+    if (this.#device !== device) {
+      this.#texture?.dispose();
+      const { texels, layers, layerRows } = this;
+      const texture = renderer.isWebGLRenderer
+        ? new DataTexture(texels, ROW, layers * layerRows) : new DataArrayTexture(texels, ROW, layerRows, layers);
+      const onUpdate = () => {
+        this.#isSent = true;
+      };
+      Object.assign(texture, { format: RGBAIntegerFormat, type: UnsignedIntType, needsUpdate: true, onUpdate });
+      [this.#device, this.#texture, this.#isSent] = [device, texture, false];
+    }
+    return this.#texture;
   }
 
   #isPlanned = false;
@@ -183,15 +211,17 @@ export class Outlines {
       this.#warnOnce();
       return;
     }
-    const { texture } = this;
-    texture.image.data.set(texels, 4 * start);
-    // A range must not go on in the next row.
-    for (let at = start; at < start + count;) {
-      const end = Math.min(start + count, (Math.floor(at / ROW) + 1) * ROW);
-      texture.addUpdateRange(4 * at, 4 * (end - at));
+    this.texels.set(texels, 4 * start);
+    const texture = this.#texture;
+    // Before the whole was sent nothing is a change. A range must not go on in the next row.
+    for (let at = start; this.#isSent && at < start + count;) {
+      const row = Math.floor(at / ROW);
+      const end = Math.min(start + count, (row + 1) * ROW);
+      if (texture.isDataArrayTexture) texture.addLayerUpdate(Math.floor(row / this.layerRows));
+      else texture.addUpdateRange(4 * at, 4 * (end - at));
       at = end;
     }
-    texture.needsUpdate = true;
+    if (texture) texture.needsUpdate = true;
   }
 
   #warnOnce() {
@@ -218,7 +248,7 @@ export class Outlines {
     this.#isClosed = true;
     this.close();
     this.cells.free();
-    this.texture.dispose();
+    this.#texture?.dispose();
     for (const resolve of this.#settling.splice(0)) resolve();
   }
 }
