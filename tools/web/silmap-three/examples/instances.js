@@ -159,13 +159,15 @@ start(async () => {
     const context = renderer.isWebGLRenderer && renderer.getContext();
     context?.readPixels?.(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
   };
-  // For who drives the page by a script: draws so many frames and says what they took, in milliseconds, and what memory is in use.
-  window.silmapBench = async (count) => {
+  // For who drives the page by a script: draws so many frames, or for so long, and says what they took, in milliseconds, and what memory is
+  // in use.
+  window.silmapBench = async (count, mostMillis = Infinity) => {
     const before = await memory();
     const madeBefore = outlines?.made ?? 0;
     renderer.setAnimationLoop(null);
     const [whole, cpu] = [[], []];
-    for (let k = 0; k < count; k++) {
+    const end = performance.now() + mostMillis;
+    for (let k = 0; k < count && performance.now() < end; k++) {
       const from = performance.now();
       draw(last + 1000 / 60);
       cpu.push(performance.now() - from);
@@ -177,7 +179,7 @@ start(async () => {
     renderer.setAnimationLoop(draw);
     const middle = (numbers) => numbers.sort((a, b) => a - b)[numbers.length >> 1];
     return {
-      frame: middle(whole), cpu: middle(cpu), frames: count,
+      frame: middle(whole), cpu: middle(cpu), frames: whole.length,
       made: (outlines?.made ?? 0) - madeBefore, before, after: await memory(), times,
     };
   };

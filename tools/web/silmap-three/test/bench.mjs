@@ -1,10 +1,11 @@
-// Times, sizes and memory of 500 instances in a headless browser, as a table: clipped hulls, plain hulls, and full meshes by three.js alone.
+// Times, sizes and memory of instances that roam in a headless browser, as the tables of README: clipped hulls, plain hulls, and full meshes by
+// three.js alone.
 //
-//     npm ci && node test/bench.mjs ASSET.glb MODEL.ply [--frames N] [--memory FRAMES] [--size WxH] [--count N]
-//         [--renderer webgl|webgpu] [--kinds clipped,plain,mesh]
+//     npm ci && node test/bench.mjs ASSET.glb MODEL.ply [--count 500] [--few 20] [--frames 30] [--seconds 120] [--size 640x400]
+//         [--rows webgl:clipped,webgl:plain,webgl:mesh,webgpu:clipped] [--memory FRAMES]
 //
-// With --memory nothing is timed: so many frames of roaming hulls must leave memory as it is after a fifth of them. Exit codes: 0 done, 1
-// memory grows (or nothing could be drawn), 2 usage.
+// A row is drawn with both numbers of instances, for FRAMES pictures each or for SECONDS. With --memory nothing is timed: so many pictures of
+// roaming hulls must leave memory as it is after a fifth of them. Exit codes: 0 done, 1 memory grows (or nothing could be drawn), 2 usage.
 import { readFileSync, statSync } from 'node:fs';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
@@ -16,33 +17,82 @@ import { openBrowser } from './browser.mjs';
 // the map, up to a bound: that of the bunny ends at 121 MB.
 const GROWTH_AT_MOST = { heap: 2 << 20, wasm: 1 << 20, worker: 16 << 20, outlines: 0, geometries: 0, textures: 0 };
 const TIMEOUT_MS = 600_000;
-const KINDS = { clipped: 'clipped hulls', plain: 'plain hulls', mesh: 'full meshes, three.js alone' };
+const KINDS = { clipped: 'clipped hulls', plain: 'plain hulls', mesh: 'full meshes by three.js alone' };
+const RENDERERS = { webgl: '`WebGLRenderer`', webgpu: '`WebGPURenderer`' };
 
-const text = { type: 'string' };
-const { values, positionals } = parseArgs({ allowPositionals: true, options: { frames: text, memory: text, size: text, count: text, renderer: text, kinds: text } });
+const value = (preset) => ({ type: 'string', default: preset });
+const { values, positionals } = parseArgs({
+  allowPositionals: true,
+  options: {
+    count: value('500'), few: value('20'), frames: value('30'), seconds: value('120'), size: value('640x400'),
+    rows: value('webgl:clipped,webgl:plain,webgl:mesh,webgpu:clipped'), memory: { type: 'string' },
+  },
+});
 const [asset, model] = positionals;
-if (positionals.length !== 2) {
-  console.error('usage: node test/bench.mjs ASSET.glb MODEL.ply [--frames N] [--memory FRAMES] [--size WxH] [--count N] [--renderer webgl|webgpu]');
+const rows = values.rows.split(',').map((row) => row.split(':'));
+if (positionals.length !== 2 || rows.some(([renderer, kind]) => !(renderer in RENDERERS && kind in KINDS))) {
+  console.error('usage: node test/bench.mjs ASSET.glb MODEL.ply [--count N] [--few N] [--frames N] [--seconds N] [--size WxH]\n'
+    + '           [--rows webgl:clipped,webgpu:mesh,...] [--memory FRAMES]');
   process.exit(2);
 }
-const [width, height] = (values.size ?? '640x400').split('x').map(Number);
-const count = values.count ?? '500';
-const frames = Number(values.frames ?? 30);
-const renderers = values.renderer ? [values.renderer] : ['webgl', 'webgpu'];
+const [width, height] = values.size.split('x').map(Number);
 const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+const duration = (millis) => (millis < 100 ? `${millis.toFixed(millis < 10 ? 1 : 0)} ms` : `${(millis / 1000).toFixed(millis < 1000 ? 2 : 1)} s`);
+const thousands = (number) => number.toLocaleString('en');
 
-async function measure(browser, { address, sent }, renderer, kind, run) {
-  sent.clear();
+/** What `run` finds on a page with so many instances, and what the page was sent. */
+async function onPage({ browser, server }, renderer, kind, count, run) {
   const tab = await browser.newPage({ viewport: { width, height } });
   tab.setDefaultTimeout(TIMEOUT_MS);
   tab.on('pageerror', (error) => console.error(error.message));
   // A page that has no use for a file is not told of it.
   const files = { clipped: '&asset=/asset.glb', plain: '&asset=/asset.glb&what=plain', mesh: '&model=/model.ply&what=mesh' };
-  await tab.goto(`${address}/examples/instances.html?renderer=${renderer}&offscreen=1&count=${count}${files[kind]}`);
-  await tab.waitForFunction(() => window.silmapBench, null, { timeout: TIMEOUT_MS });
-  const found = await run(tab);
+  await tab.goto(`${server.address}/examples/instances.html?renderer=${renderer}&offscreen=1&count=${count}${files[kind]}`);
+  await tab.waitForFunction(() => window.silmapBench);
+  const found = await run((frames, millis) => tab.evaluate(([n, most]) => window.silmapBench(n, most), [frames, millis]));
   await tab.close();
-  return { ...found, sent: new Map(sent) };
+  return found;
+}
+
+async function printTimes(place) {
+  const { count, few } = values;
+  const heads = [`${count} instances`, 'first picture with all outlines', 'a picture', 'of these the page\'s thread', `a picture of ${few}`, 'JavaScript heap',
+    'module, page and worker'];
+  console.log(`| ${heads.join(' | ')} |\n|${'---|'.repeat(heads.length)}`);
+  for (const [renderer, kind] of rows) {
+    const timed = (n) => onPage(place, renderer, kind, n, (bench) => bench(Number(values.frames), 1000 * Number(values.seconds)));
+    const [many, some] = [await timed(count), await timed(few)];
+    const { after, times } = many;
+    const cells = [`${KINDS[kind]}, ${RENDERERS[renderer]}`, duration(times.clipped ?? times.first), duration(many.frame), duration(many.cpu),
+      duration(some.frame), `${megabytes(after.heap)} MB`,
+      kind === 'clipped' ? `${megabytes(after.wasm + after.worker)} MB` : ''];
+    console.log(`| ${cells.join(' | ')} |`);
+  }
+}
+
+function printSizes() {
+  console.log('\n| bytes | file | by gzip |\n|---|---|---|');
+  const files = { 'asset, with what this package does not draw': asset, 'full mesh': model, module: join(PACKAGE, 'dist/silmap_outlines_bg.wasm') };
+  for (const [name, path] of Object.entries(files)) {
+    console.log(`| ${name} | ${thousands(statSync(path).size)} | ${thousands(gzipSync(readFileSync(path), { level: 9 }).length)} |`);
+  }
+}
+
+async function printMemory(place) {
+  const most = Number(values.memory);
+  const early = Math.ceil(most / 5);
+  console.log(`| ${values.count} instances, after ${early} and ${most} pictures | heap | page's module | worker's module | geometries | textures |\n|${'---|'.repeat(6)}`);
+  const faults = [];
+  for (const renderer of new Set(rows.map(([name]) => name))) {
+    const [first, last] = await onPage(place, renderer, 'clipped', values.count, async (bench) => [await bench(early), await bench(most - early)]);
+    const [a, b] = [first.after, last.after];
+    const both = (what, show) => `${show(a[what])}, ${show(b[what])}`;
+    const cells = [...['heap', 'wasm', 'worker'].map((what) => both(what, (bytes) => `${megabytes(bytes)} MB`)), both('geometries', String), both('textures', String)];
+    console.log(`| ${RENDERERS[renderer]} | ${cells.join(' | ')} |`);
+    faults.push(...Object.keys(GROWTH_AT_MOST).filter((what) => b[what] - a[what] > GROWTH_AT_MOST[what]).map((what) => `${what} grows`));
+    if (!(last.made > 0)) faults.push('nothing roamed');
+  }
+  if (faults.length > 0) throw new Error(faults.join(', '));
 }
 
 async function main() {
@@ -50,34 +100,11 @@ async function main() {
   const browser = await openBrowser();
   try {
     if (values.memory) {
-      const most = Number(values.memory);
-      for (const renderer of renderers) {
-        const { first, last } = await measure(browser, server, renderer, 'clipped', async (tab) => {
-          const bench = (n) => tab.evaluate((k) => window.silmapBench(k), n);
-          const early = await bench(Math.ceil(most / 5));
-          const late = await bench(most - Math.ceil(most / 5));
-          return { first: early, last: late };
-        });
-        const [a, b] = [first.after, last.after];
-        console.log(`${renderer}: after ${first.frames} frames, and after ${last.frames} more with ${last.made} new outlines`);
-        for (const what of Object.keys(a)) console.log(`  ${what}: ${a[what]}, ${b[what]}`);
-        const grows = Object.keys(GROWTH_AT_MOST).filter((what) => b[what] - a[what] > GROWTH_AT_MOST[what]);
-        if (grows.length > 0) throw new Error(`memory grows: ${grows.join(', ')}`);
-        if (!(last.made > 0)) throw new Error('nothing roamed');
-      }
-      return;
+      await printMemory({ browser, server });
+    } else {
+      await printTimes({ browser, server });
+      printSizes();
     }
-    console.log(`| renderer | shows | first picture, ms | picture, ms | of these the page's thread, ms | heap, MB | wasm, MB | outlines, MB |\n|${'---|'.repeat(8)}`);
-    for (const renderer of renderers) {
-      for (const kind of values.kinds?.split(',') ?? Object.keys(KINDS)) {
-        const found = await measure(browser, server, renderer, kind, (tab) => tab.evaluate((n) => window.silmapBench(n), frames));
-        const { after, times } = found;
-        console.log(`| ${renderer} | ${KINDS[kind]} | ${Math.round(times.clipped ?? times.first)} | ${Math.round(found.frame)} | ${found.cpu.toFixed(1)} | `
-          + `${megabytes(after.heap)} | ${megabytes(after.wasm + after.worker)} | ${megabytes(after.outlines)} |`);
-      }
-    }
-    const sizes = [['asset', asset], ['full mesh', model], ['module', join(PACKAGE, 'dist/silmap_outlines_bg.wasm')]];
-    for (const [name, path] of sizes) console.log(`${name}: ${statSync(path).size} bytes, ${gzipSync(readFileSync(path), { level: 9 }).length} by gzip`);
   } finally {
     await browser.close();
     server.close();
