@@ -10,7 +10,10 @@ async function load() {
   if (parameters.has('model')) {
     const { PLYLoader } = await import('three/addons/loaders/PLYLoader.js');
     const geometry = await new PLYLoader().loadAsync(parameters.get('model'));
-    for (const attribute of Object.values(geometry.attributes)) attribute.array = Float32Array.from(attribute.array);
+    // Devices have no numbers of double precision.
+    for (const attribute of Object.values(geometry.attributes)) {
+      if (attribute.array instanceof Float64Array) attribute.array = Float32Array.from(attribute.array);
+    }
     if (!geometry.attributes.normal) geometry.computeVertexNormals();
     return { object: new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color: 0x9e9484 })), geometry };
   }

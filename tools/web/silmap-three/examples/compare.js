@@ -59,6 +59,6 @@ start(async () => {
   renderer.setAnimationLoop(draw);
   say(outlines
     ? `Left of the border: the hull of ${triangles(hull.geometry).toLocaleString('en')} triangles, clipped to its outline.`
-    : 'Left of the border: the plain hull, for this file has no silhouettes.');
+    : 'Left of the border: the plain hull, for the silhouettes of this file are missing or damaged.');
   window.silmapReady = true;
 });

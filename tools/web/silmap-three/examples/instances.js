@@ -84,13 +84,13 @@ start(async () => {
   renderer.toneMapping = THREE.ACESFilmicToneMapping;
   renderer.shadowMap.enabled = true;
   // Whoever begins with the full mesh fetches nothing else.
-  let [outlines, hull] = [];
+  let [outlines, hull, unclipped] = [null, null, ''];
   const meshes = new Map();
   if (first !== 'mesh') {
     const silmap = await loadPackage();
     ({ hull, outlines } = await loadHull(silmap, { lit: true, outlineBytes: 16 << 20 }));
     if (outlines) meshes.set('Clipped hulls', new silmap.SilmapInstancedMesh(hull, most));
-    else say('This file has no silhouettes: hulls are shown as they are.');
+    else unclipped = '; plain hulls, for the silhouettes of this file are missing or damaged';
     meshes.set('Plain hulls', new THREE.InstancedMesh(hull.geometry, hull.plainMaterial ?? hull.material, most));
   }
   const model = first === 'plain' ? null : await loadModel();
@@ -138,7 +138,7 @@ start(async () => {
     }
     frames += 1;
     if (now - since > 1000) {
-      const made = outlines ? `, ${outlines.cells.count()} outlines kept, ${outlines.made} made` : '';
+      const made = outlines ? `, ${outlines.cells.count()} outlines kept, ${outlines.made} made` : unclipped;
       say(`${((now - since) / frames).toFixed(0)} ms a picture${made}`);
       [frames, since] = [0, now];
     }

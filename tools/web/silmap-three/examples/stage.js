@@ -69,18 +69,33 @@ export function steer(camera, renderer, target) {
   return controls;
 }
 
+/** Loads a file; what goes wrong is told with its address. */
+async function loadFrom(loader, url) {
+  try {
+    return await loader.loadAsync(url);
+  } catch (error) {
+    throw new Error(`${url} cannot be read: ${error.message}`);
+  }
+}
+
+/** The first mesh of what was loaded from an address. */
+function firstMesh(loaded, url) {
+  let mesh;
+  loaded?.traverse((object) => {
+    if (object.isMesh) mesh ??= object;
+  });
+  if (!mesh) throw new Error(`${url} shows no mesh`);
+  return mesh;
+}
+
 /** The asset's hull: clipped by the package, or as any program shows it. */
 export async function loadHull({ SilmapExtension }, options = {}) {
   const url = parameters.get('asset');
   if (!url) throw new Error('the address needs an asset: ?asset=/asset.glb');
   const loader = new GLTFLoader();
   loader.register((parser) => new SilmapExtension(parser, options));
-  const gltf = await loader.loadAsync(url);
-  let hull;
-  gltf.scene.traverse((object) => {
-    if (object.isMesh) hull ??= object;
-  });
-  return { hull, outlines: gltf.userData.silmap };
+  const gltf = await loadFrom(loader, url);
+  return { hull: firstMesh(gltf.scene, url), outlines: gltf.userData.silmap };
 }
 
 /** The full mesh, in the colour of what has none. */
@@ -95,19 +110,17 @@ export async function loadModel() {
   };
   const kind = url.split('.').pop().toLowerCase();
   if (!loaders[kind]) throw new Error('the full mesh may be .ply, .obj or .glb');
-  const loaded = await new (await loaders[kind]())().loadAsync(url);
+  const loaded = await loadFrom(new (await loaders[kind]())(), url);
   if (loaded.isBufferGeometry) {
     // Devices have no numbers of double precision.
-    for (const attribute of Object.values(loaded.attributes)) attribute.array = Float32Array.from(attribute.array);
+    for (const attribute of Object.values(loaded.attributes)) {
+      if (attribute.array instanceof Float64Array) attribute.array = Float32Array.from(attribute.array);
+    }
     if (!loaded.attributes.normal) loaded.computeVertexNormals();
     if (loaded.attributes.color) Object.assign(material, { vertexColors: true, color: new THREE.Color(1, 1, 1) });
     return new THREE.Mesh(loaded, material);
   }
-  let mesh;
-  (loaded.scene ?? loaded).traverse((object) => {
-    if (object.isMesh) mesh ??= object;
-  });
-  return mesh;
+  return firstMesh(kind === 'glb' ? loaded.scene : loaded, url);
 }
 
 /** The studio light that assets are painted in, for the full mesh. */
