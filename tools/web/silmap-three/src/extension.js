@@ -98,9 +98,7 @@ export class SilmapExtension {
     try {
       const outlines = await Outlines.read(await readFile(parser), options);
       const accessor = parser.json.accessors?.[extension.hull?.positionsAccessor];
-      const hulls = [];
-      for (const scene of result.scenes) scene.traverse((object) => this.#isHull(object) && hulls.push(object));
-      for (const hull of hulls) {
+      for (const hull of this.#hullsOf(result.scenes)) {
         const material = options.lit ? await litMaterial(parser, hull.material) : hull.material;
         this.#replace(hull, new SilmapMesh(hull.geometry, material, outlines, fromMesh(hull.geometry, accessor)));
       }
@@ -110,9 +108,12 @@ export class SilmapExtension {
     }
   }
 
-  #isHull(object) {
-    return object.isMesh && !object.isSkinnedMesh
-      && (object.userData[TRACE] === NAME || this.parser.associations.get(object)?.meshes === 0);
+  /** The hull wherever scenes show it, beside what else they do: by its mark, or else the first mesh. */
+  #hullsOf(scenes) {
+    const meshes = [];
+    for (const scene of scenes) scene.traverse((object) => object.isMesh && !object.isSkinnedMesh && meshes.push(object));
+    const marked = meshes.filter(({ userData }) => userData[TRACE] === NAME);
+    return marked.length > 0 ? marked : meshes.filter((mesh) => this.parser.associations.get(mesh)?.meshes === 0);
   }
 
   #replace(hull, mesh) {

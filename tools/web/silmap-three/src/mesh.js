@@ -146,6 +146,17 @@ const Clipped = (Base) => class extends Base {
     return before;
   }
 
+  /** JSON has no outlines: it gives the plain hull back. */
+  toJSON(meta) {
+    const { material } = this;
+    if (material === this.clippedMaterial) this.material = this.plainMaterial;
+    try {
+      return super.toJSON(meta);
+    } finally {
+      this.material = material;
+    }
+  }
+
   dispose() {
     super.dispose?.();
     this.clippedMaterial.dispose();

@@ -68,11 +68,16 @@ class Workshop {
   async read(what, listener) {
     const asset = this.#next++;
     this.#listeners.set(asset, listener);
-    const answer = await new Promise((resolve, reject) => {
-      this.#waiting.set(asset, { resolve, reject });
-      this.#worker.postMessage({ kind: 'read', ask: asset, ...what }, what.files.concat(what.file).map(({ buffer }) => buffer));
-    });
-    return { asset, ...answer };
+    try {
+      const answer = await new Promise((resolve, reject) => {
+        this.#waiting.set(asset, { resolve, reject });
+        this.#worker.postMessage({ kind: 'read', ask: asset, ...what }, what.files.concat(what.file).map(({ buffer }) => buffer));
+      });
+      return { asset, ...answer };
+    } catch (error) {
+      this.#listeners.delete(asset);
+      throw error;
+    }
   }
 
   make(asset, requests) {

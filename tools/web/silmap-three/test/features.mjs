@@ -50,6 +50,42 @@ function damaged() {
   return bytes;
 }
 
+/** The asset among other meshes: a triangle before the hull, and a second scene that shows the hull alone. */
+function amongOthers() {
+  const bytes = readFileSync(asset);
+  const length = bytes.readUInt32LE(12);
+  const document = JSON.parse(bytes.subarray(20, 20 + length).toString());
+  const triangle = Buffer.from(Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0).buffer);
+  const { buffers, bufferViews, accessors, meshes } = document;
+  buffers.push({ byteLength: triangle.length, uri: `data:application/octet-stream;base64,${triangle.toString('base64')}` });
+  bufferViews.push({ buffer: buffers.length - 1, byteLength: triangle.length });
+  accessors.push({ bufferView: bufferViews.length - 1, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] });
+  meshes.unshift({ primitives: [{ attributes: { POSITION: accessors.length - 1 } }] });
+  document.nodes = [{ mesh: 0, name: 'triangle' }, { mesh: 1, name: 'hull', scale: [2, 2, 2] }, { mesh: 1, name: 'alone' }];
+  document.scenes = [{ nodes: [0, 1] }, { nodes: [2] }];
+  const text = Buffer.from(JSON.stringify(document));
+  const json = Buffer.concat([text, Buffer.alloc(-text.length & 3, ' ')]);
+  const rest = bytes.subarray(20 + length);
+  const header = Buffer.from(bytes.subarray(0, 20));
+  header.writeUInt32LE(20 + json.length + rest.length, 8);
+  header.writeUInt32LE(json.length, 12);
+  return Buffer.concat([header, json, rest]);
+}
+
+/** A picture turned over, left to right. */
+function mirrored(pixels) {
+  const turned = Buffer.alloc(pixels.length);
+  for (let at = 0; at < SIZE * SIZE; at++) pixels.copy(turned, 4 * (at - (at % SIZE) + SIZE - 1 - (at % SIZE)), 4 * at, 4 * at + 4);
+  return turned;
+}
+
+/** What the first picture shows, and where it shows nothing the second. */
+function together(one, two) {
+  const both = Buffer.from(one);
+  for (let at = 0; at < both.length; at += 4) if (both[at + 3] === 0) two.copy(both, at, at, at + 4);
+  return both;
+}
+
 let faults = 0;
 async function check(name, test) {
   try {
@@ -74,12 +110,57 @@ function assertSame(one, two, wrong, share = 0.01) {
   return `${same.off} pixels differ, ${other.off} with a mistake`;
 }
 
+const picture = (text) => Buffer.from(text, 'base64');
+
+/** What programs do with what was loaded. */
+async function checkUses(page, renderer) {
+  const said = (name) => `${renderer}, ${name}`;
+  await check(said('the hull alone is clipped in a file of several meshes and scenes'), async () => {
+    assert.deepEqual(await page.use('names', '/among.glb'), [[['triangle', false], ['hull', true]], [['alone', true]]]);
+  });
+  await check(said('two assets in a scene are each clipped by its own'), async () => {
+    const { alone, both } = await page.use('twoAssets', ['/asset.glb', '/quantised.glb']);
+    const [left, right] = alone.map(picture);
+    return assertSame(together(left, right), picture(both), left, 0.001);
+  });
+  await check(said('a mirrored node is clipped as in a mirror'), async () => {
+    const [as, turned, plain] = (await page.use('mirrored', '/asset.glb')).map(picture);
+    return assertSame(as, mirrored(turned), mirrored(plain), 0.001);
+  });
+  await check(said('an eye within the sphere sees the whole hull'), async () => {
+    const [seen, plain] = (await page.use('inside', '/asset.glb')).map(picture);
+    return assertSame(seen, plain, mirrored(plain), 0.001);
+  });
+  await check(said('a clone is clipped, and JSON gives the plain hull back'), async () => {
+    const { isKept, ...found } = await page.use('copies', '/asset.glb');
+    const [original, copy, plain, parsed] = [found.original, found.copy, found.plain, found.parsed].map(picture);
+    assert(isKept, 'the mesh has another material after it was stored');
+    return `${assertSame(original, copy, plain, 0.001)}; ${assertSame(plain, parsed, original, 0.001)}`;
+  });
+  await check(said('two renderers that take turns draw the same'), async () => {
+    const [first, ...others] = (await page.use('inTurns', '/asset.glb')).map(picture);
+    return others.map((other) => assertSame(first, other, mirrored(first), 0.001)).join('; ');
+  });
+  if (renderer === 'webgl') {
+    await check(said('a lost context that is restored shows the same'), async () => {
+      const { before, after, plain } = await page.use('lostContext', '/asset.glb');
+      return assertSame(picture(before), picture(after), picture(plain), 0.001);
+    });
+  }
+  await check(said('an asset that is loaded and let go 50 times leaves nothing'), async () => {
+    const { heap, worker, geometries, textures } = await page.use('reload', '/asset.glb', [10, 50]);
+    assert(heap[1] - heap[0] < 8 << 20 && worker[1] === worker[0], `memory grows: ${heap}, ${worker}`);
+    assert.deepEqual([geometries[1], textures[1]], [geometries[0], textures[0]]);
+  });
+  await page.close();
+}
+
 async function main() {
   const { center, radius } = JSON.parse(execFileSync(silmap, ['inspect', asset, '--json'], { stdio: ['ignore', 'pipe', 'ignore'] })).model;
   const others = rewritten();
   const beside = Object.fromEntries(JSON.parse(readFileSync(file('beside.gltf'))).buffers.concat(JSON.parse(readFileSync(file('beside.gltf'))).images)
     .filter(({ uri }) => uri).map(({ uri }) => [`/${uri}`, file(uri)]));
-  const files = { '/asset.glb': asset, '/model.ply': model, '/damaged.glb': damaged(), '/beside.gltf': file('beside.gltf'), ...beside, ...others };
+  const files = { '/asset.glb': asset, '/model.ply': model, '/damaged.glb': damaged(), '/among.glb': amongOthers(), '/beside.gltf': file('beside.gltf'), ...beside, ...others };
   const server = await serve(files);
   const broken = await serve({ ...files, '/dist/silmap_outlines_bg.wasm': file('nothing') });
   const browser = await openBrowser();
@@ -88,7 +169,7 @@ async function main() {
       const tab = await browser.newPage();
       tab.on('pageerror', (error) => console.error(error.message));
       await tab.goto(`${address}/test/page.html?${query}`);
-      await tab.waitForFunction(() => window.silmapTest);
+      await tab.waitForFunction(() => window.silmapTest?.use);
       const run = async (what, options) => {
         const shown = await tab.evaluate(([name, o]) => window.silmapTest[name](o), [what, options]);
         shown.pixels = Buffer.from(shown.pixels, 'base64');
@@ -103,9 +184,11 @@ async function main() {
       return {
         scene: (options) => run('drawScene', { file: '/asset.glb', size: SIZE, ...options }),
         draw: (options) => run('draw', { file: '/asset.glb', size: SIZE, eye, target: center, fov: 45, options: { reuseErrorPx: 0 }, ...options }),
+        use: (...given) => tab.evaluate((what) => window.silmapTest.use(...what), given),
         close: () => tab.close(),
       };
     };
+    for (const renderer of ['webgl', 'webgpu', 'webgpu&force-webgl=1']) await checkUses(await open(`renderer=${renderer}`), renderer);
     for (const renderer of ['webgl', 'webgpu']) {
       const page = await open(`renderer=${renderer}`);
       const said = (name) => `${renderer}, ${name}`;

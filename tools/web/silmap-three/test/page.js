@@ -95,7 +95,7 @@ function base64(data) {
   return btoa(text);
 }
 
-window.silmapTest = { draw };
+window.silmapTest = { draw, load, makeRenderer, meshesOf, pixels };
 
 /** A deterministic number from 0 to 1. */
 const random = (seed) => {
