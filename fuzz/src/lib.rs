@@ -15,7 +15,7 @@ use silmap_map::asset::{self, Asset};
 use silmap_map::{MapReader, Method, outline};
 use silmap_mesh_io::{LoadOptions, load_bytes};
 use silmap_models as models;
-use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
+use silmap_map::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::pipeline::{BuildParams, build};
 
 /// Reads a mesh as a file of that format and, when that works, mends it in every way there is.

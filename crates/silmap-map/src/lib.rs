@@ -5,6 +5,7 @@
 
 pub mod asset;
 pub mod epipolar;
+pub mod fewer_views;
 mod interpolation;
 mod levels;
 mod locate;
@@ -15,8 +16,10 @@ pub mod polytope;
 mod polytope_outline;
 mod project;
 mod reader;
+pub mod replay;
 mod rule;
 pub mod silhouette_map;
+pub mod simplified_polytope;
 mod sweep;
 mod tidy;
 mod triangle;

@@ -80,6 +80,20 @@ impl SilhouetteMap {
         }
     }
 
+    /// Some of its views with a polytope of their own, over their new numbers.
+    #[must_use]
+    pub fn of_views(&self, kept: &[u32], triangles: Vec<[u32; 3]>) -> Self {
+        Self {
+            center: self.center,
+            radius: self.radius,
+            resolution_px: self.resolution_px,
+            tolerance_px: self.tolerance_px,
+            coverage: self.coverage,
+            views: (kept.iter().map(|&v| self.views[v as usize].clone())).collect(),
+            triangles,
+        }
+    }
+
     /// The viewpoint of a view, object space.
     #[must_use]
     pub fn eye(&self, view: u32) -> DVec3 {

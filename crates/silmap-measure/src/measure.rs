@@ -8,10 +8,10 @@ use glam::DVec3;
 use silmap_geometry::Watch;
 use silmap_geometry::{Bounds, Camera, ClosedMesh, TriangleMesh};
 use silmap_gpu::Gpu;
+use silmap_map::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_map::{Asset, Interpolation, MapReader, Method, SilhouetteMap, Transfer, asset};
 use silmap_preprocess::capture::view_sphere;
 use silmap_preprocess::dense_map::triangulate_view_sphere;
-use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
 use silmap_preprocess::recipe::Recipe;
 
 use crate::evaluate::{

@@ -8,6 +8,7 @@ use silmap_geometry::bvh::Bvh;
 use silmap_geometry::trace::trace_contours;
 use silmap_geometry::watch::{Interrupted, Watch};
 use silmap_geometry::{Bounds, Camera, ClosedMesh, CoverageRule, Loop, Mask, SeenSilhouette};
+use silmap_map::simplified_polytope::is_readable;
 use silmap_map::{CapturedView, SilhouetteMap, ViewContour};
 
 use crate::build_error::BuildError;
@@ -19,7 +20,6 @@ use crate::parts::{Part, parts};
 use crate::progress::{self, Unused};
 use crate::seen::{Viewpoints, covered, outline_in, reaching, viewpoints};
 use crate::simplify_contour::{SimplifyContourParams, simplify_contours};
-use crate::simplify_map::is_readable;
 
 /// The silhouettes of a model from many viewpoints.
 #[derive(Clone, Debug, Default)]

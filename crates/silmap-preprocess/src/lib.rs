@@ -5,7 +5,6 @@ mod build_params;
 pub mod capture;
 mod captured;
 pub mod dense_map;
-pub mod fewer_views;
 pub mod for_height;
 mod gaps;
 pub mod other_hull;

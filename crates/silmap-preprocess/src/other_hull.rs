@@ -7,10 +7,10 @@ use silmap_geometry::ClosedMesh;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::watch::Watch;
 use silmap_hull::HullError;
+use silmap_map::fewer_views::THEN;
 use silmap_map::{Asset, AssetError, BuildRecord, asset};
 use thiserror::Error;
 
-use crate::fewer_views::THEN;
 use crate::pipeline::{Photographed, check_hull, hull_around, hull_warnings, without_unseen};
 use crate::progress::PrepWarning;
 use crate::recipe::{Recipe, RecipeError};
@@ -91,12 +91,12 @@ pub fn with_hull_faces(
 
 #[cfg(test)]
 mod tests {
+    use silmap_map::fewer_views::{ViewGoal, keep_fewer_views};
     use silmap_models as models;
 
     use super::*;
     use crate::build_params::BuildParams;
     use crate::capture::Backend;
-    use crate::fewer_views::{ViewGoal, keep_fewer_views};
     use crate::pipeline;
 
     fn params(faces: u32) -> BuildParams {

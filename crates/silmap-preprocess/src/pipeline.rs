@@ -11,6 +11,7 @@ use silmap_geometry::bvh::Bvh;
 use silmap_geometry::{
     ClosedMesh, HiddenParts, Photograph, SeenSilhouette, TriangleMesh, without_hidden_parts,
 };
+use silmap_map::simplified_polytope::{contour_radius, is_readable};
 use silmap_map::{Asset, CoarseHull, Placement, SilhouetteMap, TextureSet, asset};
 
 pub use crate::build_error::BuildError;
@@ -21,7 +22,7 @@ use crate::progress::PrepWarning;
 pub use crate::record::model_crc32;
 use crate::record::record;
 use crate::simplify_contour::add_levels;
-use crate::simplify_map::{SimplifyMapReport, contour_radius, is_readable, simplify};
+use crate::simplify_map::{SimplifyMapReport, simplify};
 use crate::texture::{self, TextureParams};
 use silmap_geometry::watch::Watch;
 use silmap_hull::{self as hull, HullError, VerifyParams, VerifyReport};

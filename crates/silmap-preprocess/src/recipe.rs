@@ -108,16 +108,6 @@ impl Recipe {
     }
 }
 
-/// The recipe of an asset whose views were removed down to `views`, as it is stored.
-#[must_use]
-pub(crate) fn with_fewer_views(params: &Value, views: u32) -> Value {
-    let mut params = params.clone();
-    if let Value::Object(entries) = &mut params {
-        entries.insert("fewer_views".to_owned(), views.into());
-    }
-    params
-}
-
 /// [`CoverageRule`] in a recipe.
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "CoverageRule", rename_all = "kebab-case")]
@@ -158,7 +148,7 @@ mod tests {
         };
         assert_eq!(Recipe::from_record(&record), Ok(recipe.clone()));
         assert_eq!(recipe.build.capture.backend, Backend::Cpu);
-        record.params = with_fewer_views(&record.params, 9);
+        record.params = silmap_map::fewer_views::with_fewer_views(&record.params, 9);
         let fewer = Recipe::from_record(&record).map(|r| r.fewer_views);
         assert_eq!(fewer, Ok(Some(9)));
         record.params["build"]["later"] = 1.into();

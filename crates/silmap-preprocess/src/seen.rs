@@ -9,12 +9,12 @@
 use glam::{DVec2, DVec3};
 use silmap_geometry::polygon::{fill_non_zero, signed_area};
 use silmap_geometry::{Bounds, Camera, CameraError, Loop, Mask, SeenSilhouette};
+use silmap_map::simplified_polytope::is_readable;
 
 use crate::capture::spiral_directions;
 use crate::dense_map::triangulate_view_sphere;
 use crate::progress::Unused;
 use crate::simplify_contour::{SimplifyContourParams, VERTEX_STEPS_PER_PX, simplify_contours};
-use crate::simplify_map::is_readable;
 
 /// Eyes this near to each other, seen from the center, look from the same direction: half a degree.
 pub const SAME_DIRECTION_COSINE: f64 = 0.999_962;

@@ -13,6 +13,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use silmap_geometry::{CostQueue, Mask};
+use silmap_map::simplified_polytope::{Collapse, Rule, SimplifiedPolytope};
 use silmap_map::{CapturedErrors, CapturedView, CollapseOrder, Method, SilhouetteMap};
 use thiserror::Error;
 
@@ -20,18 +21,12 @@ use crate::progress;
 use silmap_geometry::watch::{Interrupted, Watch};
 
 mod order;
-mod polytope;
 mod predict;
 mod refine;
-mod replay;
 #[cfg(test)]
 mod tests;
 
-use polytope::{Collapse, Rule, SimplifiedPolytope};
 use predict::{Facing, Lent, Prediction, Predictor};
-
-pub(crate) use polytope::{contour_radius, is_readable};
-pub use replay::{ReplayError, replay};
 
 /// When to stop removing views.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -459,7 +454,9 @@ impl<'a> Simplification<'a> {
             self.error_sum += p.error - self.errors[p.view as usize];
             self.errors[p.view as usize] = p.error;
         }
-        let fresh = self.polytope.apply(collapse, &predictions);
+        let fresh = self
+            .polytope
+            .apply(collapse, predictions.iter().map(Prediction::facing));
         let removed = &self.predictor.map().views[collapse.removed as usize];
         self.photographs -= usize::from(is_photograph(removed));
         self.evaluate(&fresh, self.probes);
@@ -486,21 +483,8 @@ impl<'a> Simplification<'a> {
     /// The map of the views that are left.
     fn chosen_map(&mut self) -> SilhouetteMap {
         let (kept, triangles) = self.polytope.compact();
-        let map = submap(self.predictor.map(), &kept, triangles);
+        let map = self.predictor.map().of_views(&kept, triangles);
         self.report.kept = kept;
         map
-    }
-}
-
-/// Some of a map's views with a polytope of their own.
-fn submap(map: &SilhouetteMap, kept: &[u32], triangles: Vec<[u32; 3]>) -> SilhouetteMap {
-    SilhouetteMap {
-        center: map.center,
-        radius: map.radius,
-        resolution_px: map.resolution_px,
-        tolerance_px: map.tolerance_px,
-        coverage: map.coverage,
-        views: (kept.iter().map(|&v| map.views[v as usize].clone())).collect(),
-        triangles,
     }
 }

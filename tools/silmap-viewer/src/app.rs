@@ -25,6 +25,9 @@ pub struct App {
     /// What is shown, and what was asked for last.
     opened: Option<Opened>,
     pending: Option<Opened>,
+    /// What the keyboard is at, or what was done last, in words.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) described: String,
 }
 
 impl App {
@@ -47,6 +50,8 @@ impl App {
             pending_address: None,
             opened: None,
             pending: None,
+            #[cfg(target_arch = "wasm32")]
+            described: String::new(),
         };
         if let Some(file) = file {
             app.open(&context.egui_ctx, file);
@@ -200,6 +205,13 @@ impl eframe::App for App {
             bar::welcome(&self.viewer, ui, rect);
         });
         bar::help_window(&mut self.viewer, &context);
+        #[cfg(target_arch = "wasm32")]
+        {
+            let described = context.output(egui::PlatformOutput::events_description);
+            if !described.is_empty() {
+                self.described = described;
+            }
+        }
         if self.hovers_file(&context) {
             let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));
             let painter = context.layer_painter(layer);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context;
 use silmap_geometry::ClosedMesh;
-use silmap_gpu::{Gpu, Readback};
+use silmap_gpu::Gpu;
 use silmap_map::Asset;
 use silmap_report::animation::{Animation, AnimationFormat, AnimationParams, FrameRate};
 use silmap_study::{FrameParams, PictureOptions, PictureRenderer};
@@ -34,16 +34,8 @@ pub(crate) fn save_picture(viewer: &mut Viewer) {
 /// The pixels of the left picture.
 fn read(viewer: &Viewer) -> Result<(Vec<u8>, (u32, u32)), String> {
     let stage = viewer.stage.as_ref().ok_or("there is no picture")?;
-    let (texture, size_px) = stage.texture(0).ok_or("there is no picture")?;
-    let gpu = &stage.gpu;
-    let readback = Readback::new(gpu, size_px, texture.format()).map_err(|e| e.to_string())?;
-    let encoder = gpu
-        .device
-        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let (rgba, _) = readback
-        .start(gpu, encoder, texture)
-        .wait(gpu)
-        .map_err(|e| e.to_string())?;
+    let (pending, size_px) = stage.read_back(0)?;
+    let (rgba, _) = pending.wait(&stage.gpu).map_err(|e| e.to_string())?;
     Ok((rgba, size_px))
 }
 

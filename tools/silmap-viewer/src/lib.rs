@@ -8,6 +8,8 @@ mod blit;
 #[cfg(not(target_arch = "wasm32"))]
 mod captures;
 mod crowd;
+#[cfg(target_arch = "wasm32")]
+mod download;
 #[cfg(not(target_arch = "wasm32"))]
 mod export;
 #[cfg(target_arch = "wasm32")]

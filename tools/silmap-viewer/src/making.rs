@@ -1,11 +1,11 @@
 //! What a scene needs before it can be drawn, made beside the drawing: another number of views, another hull, what is on the device.
 
-#[cfg(not(target_arch = "wasm32"))]
 use std::sync::Arc;
 
 use silmap_geometry::Watch;
 use silmap_gpu::Gpu;
-use silmap_map::{MapReader, Method};
+use silmap_map::fewer_views::{ViewGoal, keep_fewer_views};
+use silmap_map::{Asset, MapReader, Method};
 use silmap_study::{PictureOptions, PictureRenderer};
 
 use crate::crowd::Crowd;
@@ -118,40 +118,23 @@ impl Maker {
 struct Stopped;
 
 /// Gives the asset as many views and faces as is asked for, and says why it has not where it cannot.
-#[cfg(not(target_arch = "wasm32"))]
 fn reshape(
     scene: &mut Scene,
     shape: &mut Shape,
     watch: &Watch<'_>,
 ) -> Result<Option<String>, Stopped> {
-    use silmap_preprocess::fewer_views::{ViewGoal, keep_fewer_views};
-
     let Some(whole) = scene.loaded().cloned() else {
         (shape.keep, shape.faces, shape.crowd) = (None, None, None);
         return Ok(None);
     };
-    let named = |error: String| Some(format!("{}: {error}", scene.name));
     let mut complaint = None;
-    let own_faces = whole.hull.faces.len() as u32;
-    shape.faces = shape
-        .faces
-        .filter(|&faces| faces != own_faces && scene.can_have_other_hull());
     let mut made = Arc::clone(&whole);
-    let mut with_other_hull = None;
-    if let Some(faces) = shape.faces {
-        match other_hull(scene, &whole, faces, watch) {
-            Ok(asset) => {
-                made = asset;
-                // Some models' hulls do not become as coarse as that.
-                let faces = faces.max(made.hull.faces.len() as u32);
-                shape.faces = Some(faces).filter(|&faces| faces != own_faces);
-                with_other_hull = Some((faces, Arc::clone(&made)));
-            }
-            Err(_) if watch.check().is_err() => return Err(Stopped),
-            Err(error) => {
-                complaint = named(error);
-                shape.faces = None;
-            }
+    match other_hull(scene, &whole, shape, watch) {
+        Ok(asset) => made = asset,
+        Err(_) if watch.check().is_err() => return Err(Stopped),
+        Err(error) => {
+            complaint = Some(format!("{}: {error}", scene.name));
+            shape.faces = None;
         }
     }
     let all = made.map.views.len() as u32;
@@ -160,46 +143,57 @@ fn reshape(
         match keep_fewer_views(&made, ViewGoal::Keep(keep)) {
             Ok(fewer) => made = Arc::new(fewer),
             Err(error) => {
-                complaint = named(error.to_string());
+                complaint = Some(format!("{}: {error}", scene.name));
                 shape.keep = None;
             }
         }
     }
-    scene.with_other_hull = with_other_hull;
     scene.whole = (!Arc::ptr_eq(&made, &whole)).then_some(whole);
     scene.asset = Some(made);
     Ok(complaint)
 }
 
-/// The asset with another hull, made anew where it is not there yet.
+/// The asset with the hull that is asked for, made anew where it is not there yet.
 #[cfg(not(target_arch = "wasm32"))]
 fn other_hull(
-    scene: &Scene,
-    whole: &Arc<silmap_map::Asset>,
-    faces: u32,
+    scene: &mut Scene,
+    whole: &Arc<Asset>,
+    shape: &mut Shape,
     watch: &Watch<'_>,
-) -> Result<Arc<silmap_map::Asset>, String> {
+) -> Result<Arc<Asset>, String> {
     use silmap_preprocess::other_hull::with_hull_faces;
     use silmap_preprocess::pipeline::Photographed;
 
+    let own_faces = whole.hull.faces.len() as u32;
+    shape.faces = (shape.faces).filter(|&f| f != own_faces && scene.can_have_other_hull());
+    let (Some(faces), Some(model)) = (shape.faces, &scene.model) else {
+        scene.with_other_hull = None;
+        return Ok(Arc::clone(whole));
+    };
     let there = scene.with_other_hull.as_ref();
     if let Some((_, asset)) = there.filter(|(of, _)| *of == faces) {
         return Ok(Arc::clone(asset));
     }
-    let model = scene.model.as_ref().ok_or("there is no mesh")?;
     let none = Photographed::default();
     let seen = scene.photographed.as_deref().unwrap_or(&none);
     let made = with_hull_faces(whole, (model, seen), faces, watch);
     let (asset, _) = made.map_err(|error| error.to_string())?;
-    Ok(Arc::new(asset))
+    // Some models' hulls do not become as coarse as that.
+    let faces = faces.max(asset.hull.faces.len() as u32);
+    shape.faces = Some(faces).filter(|&faces| faces != own_faces);
+    let asset = Arc::new(asset);
+    scene.with_other_hull = Some((faces, Arc::clone(&asset)));
+    Ok(asset)
 }
 
-/// On a page assets are shown as they are.
+/// On a page hulls stay as they are.
 #[cfg(target_arch = "wasm32")]
-fn reshape(scene: &mut Scene, shape: &mut Shape, _: &Watch<'_>) -> Result<Option<String>, Stopped> {
-    (shape.keep, shape.faces) = (None, None);
-    if scene.asset.is_none() {
-        shape.crowd = None;
-    }
-    Ok(None)
+fn other_hull(
+    _: &mut Scene,
+    whole: &Arc<Asset>,
+    shape: &mut Shape,
+    _: &Watch<'_>,
+) -> Result<Arc<Asset>, String> {
+    shape.faces = None;
+    Ok(Arc::clone(whole))
 }

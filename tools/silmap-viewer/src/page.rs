@@ -95,6 +95,23 @@ impl Page {
         }
     }
 
+    /// Saves the picture that is seen, as a PNG that the browser downloads.
+    pub fn save(&self) {
+        let app = self.runner.app_mut::<App>();
+        if let Some(mut app) = app.filter(|app| !app.viewer.is_loading()) {
+            let context = app.context.clone();
+            crate::download::save_picture(&mut app.viewer, &context);
+            context.request_repaint();
+        }
+    }
+
+    /// What the keyboard is at, or what was done last, in words: for those who do not see it.
+    #[must_use]
+    pub fn described(&self) -> String {
+        let app = self.runner.app_mut::<App>();
+        app.map(|app| app.described.clone()).unwrap_or_default()
+    }
+
     /// Takes back what is said.
     pub fn dismiss(&self) {
         if let Some(mut app) = self.runner.app_mut::<App>() {

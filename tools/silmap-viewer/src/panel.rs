@@ -21,7 +21,7 @@ fn choice_of<T: Named>(
     (value, shown): (&mut T, T),
     can: impl Fn(T) -> bool,
 ) {
-    ComboBox::from_label(label)
+    let list = ComboBox::from_label(label)
         .selected_text(shown.label())
         .width(150.0)
         .show_ui(ui, |ui| {
@@ -31,6 +31,12 @@ fn choice_of<T: Named>(
                 });
             }
         });
+    if cfg!(target_arch = "wasm32") {
+        // A page has words alone to say it by: of the list itself they are its value without its name.
+        let now = format!("{label}: {}", shown.label());
+        list.response
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, now.as_str()));
+    }
 }
 
 /// All of them.
@@ -83,6 +89,12 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
     if ui.button("Copy a link to this view").clicked() {
         ui.ctx().copy_text(viewer.link());
     }
+    #[cfg(target_arch = "wasm32")]
+    ui.add_enabled_ui(viewer.loading.is_none() && !viewer.scene.is_empty(), |ui| {
+        if ui.button("Save picture").clicked() {
+            crate::download::save_picture(viewer, ui.ctx());
+        }
+    });
     #[cfg(not(target_arch = "wasm32"))]
     ui.horizontal(|ui| {
         if ui.button("Save picture").clicked() {
@@ -147,8 +159,7 @@ fn asset_controls(viewer: &mut Viewer, ui: &mut Ui) {
 /// The number of views that the map keeps.
 fn views_control(viewer: &mut Viewer, ui: &mut Ui) {
     let loaded = viewer.scene.loaded();
-    let can_keep = cfg!(not(target_arch = "wasm32"));
-    let loaded = loaded.filter(|asset| can_keep && asset.record.order.is_some());
+    let loaded = loaded.filter(|asset| asset.record.order.is_some());
     let Some(all) = loaded.map(|asset| asset.map.views.len() as u32) else {
         return;
     };

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use silmap_gpu::{Gpu, GpuError};
+use silmap_gpu::{Gpu, GpuError, PendingRead, Readback};
 use silmap_map::Method;
 use silmap_study::{FrameParams, Mode, PictureOptions, PictureRenderer, RenderError};
 
@@ -33,7 +33,6 @@ struct Drawn {
 struct Target {
     size_px: (u32, u32),
     view: wgpu::TextureView,
-    #[cfg(not(target_arch = "wasm32"))]
     texture: wgpu::Texture,
     drawn: Option<Drawn>,
 }
@@ -191,11 +190,16 @@ impl Stage {
         self.gpu.check_once()
     }
 
-    /// The texture of a pane, to read back.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn texture(&self, pane: usize) -> Option<(&wgpu::Texture, (u32, u32))> {
-        let target = self.targets[pane].as_ref()?;
-        Some((&target.texture, target.size_px))
+    /// Begins to read a pane's picture back; also its size.
+    pub(crate) fn read_back(&self, pane: usize) -> Result<(PendingRead, (u32, u32)), String> {
+        let target = self.targets[pane].as_ref().ok_or("there is no picture")?;
+        let (gpu, texture) = (&self.gpu, &target.texture);
+        let readback = Readback::new(gpu, target.size_px, texture.format());
+        let encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let readback = readback.map_err(|e| e.to_string())?;
+        Ok((readback.start(gpu, encoder, texture), target.size_px))
     }
 }
 
@@ -220,7 +224,6 @@ impl Target {
         Self {
             size_px,
             view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
-            #[cfg(not(target_arch = "wasm32"))]
             texture,
             drawn: None,
         }

@@ -7,9 +7,9 @@
 use silmap_map::{CollapseOrder, CollapseStep};
 
 use super::Simplification;
-use super::polytope::Collapse;
 use crate::progress;
 use silmap_geometry::watch::{Interrupted, Watch};
+use silmap_map::simplified_polytope::Collapse;
 
 /// Views that are predicted to estimate what a collapse costs. The fewer views are left, the more removed ones lie around
 /// each, and the order would take as long as all that went before; what a step leaves is always measured at all of them.

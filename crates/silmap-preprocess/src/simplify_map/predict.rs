@@ -5,7 +5,10 @@ use std::sync::Mutex;
 
 use silmap_geometry::Mask;
 use silmap_geometry::polygon::fill_non_zero;
-use silmap_map::{FlatLoops, Location, Method, SeenLoops, SilhouetteMap, TriangleInterpolator};
+use silmap_map::{
+    FlatLoops, Location, Method, SeenLoops, SilhouetteMap, TriangleInterpolator,
+    simplified_polytope,
+};
 
 /// What one view would look like after a collapse.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +21,16 @@ pub(super) struct Prediction {
     pub(super) views: [u32; 3],
     /// Misclassified pixels over pixels inside the captured silhouette.
     pub(super) error: f64,
+}
+
+impl Prediction {
+    /// Where the polytope is to look for the view.
+    pub(super) fn facing(&self) -> simplified_polytope::Facing {
+        simplified_polytope::Facing {
+            view: self.view,
+            triangle: self.triangle,
+        }
+    }
 }
 
 /// The triangle that faces the eye of a view.

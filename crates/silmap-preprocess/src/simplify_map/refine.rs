@@ -7,10 +7,10 @@
 use rayon::prelude::*;
 
 use super::Simplification;
-use super::polytope::Patch;
 use super::predict::Prediction;
 use crate::progress;
 use silmap_geometry::watch::{Interrupted, Watch};
+use silmap_map::simplified_polytope::Patch;
 
 /// Most rounds over all edges and views.
 const ROUNDS: usize = 4;
@@ -166,7 +166,10 @@ impl Simplification<'_> {
             self.error_sum -= self.errors[kept as usize];
             self.errors[kept as usize] = 0.0;
         }
-        self.polytope.apply_patch(&tried.patch, &tried.predictions);
+        self.polytope.apply_patch(
+            &tried.patch,
+            tried.predictions.iter().map(Prediction::facing),
+        );
         if tried.patch.kept.is_some() {
             self.photographs = self.photographs_left();
         }

@@ -1,38 +1,39 @@
 //! The polytope under half-edge collapses, and the triangle that holds each removed view.
 
 use glam::DVec3;
-use silmap_map::SilhouetteMap;
-use silmap_map::epipolar::{EpipolarFrame, MIN_FORWARD_COSINE};
 
-use super::predict::Prediction;
+use crate::epipolar::{EpipolarFrame, MIN_FORWARD_COSINE};
+use crate::polytope::Polytope;
+use crate::silhouette_map::SilhouetteMap;
 
 /// Removing one view by collapsing an edge onto its other end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Collapse {
+pub struct Collapse {
     /// The view that goes.
-    pub(super) removed: u32,
+    pub removed: u32,
     /// The neighbour that its triangles are pulled to.
-    pub(super) onto: u32,
+    pub onto: u32,
 }
 
 impl Collapse {
     /// Along an edge, both ways.
-    pub(super) fn along([a, b]: [u32; 2]) -> [Self; 2] {
+    #[must_use]
+    pub fn along([a, b]: [u32; 2]) -> [Self; 2] {
         [(a, b), (b, a)].map(|(removed, onto)| Self { removed, onto })
     }
 }
 
 /// Some triangles that others take the place of, with the same border.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Patch {
+pub struct Patch {
     /// Numbers of the triangles that go.
     old: Vec<u32>,
     /// The triangles that come, as many.
-    pub(super) new: Vec<[u32; 3]>,
+    pub new: Vec<[u32; 3]>,
     /// The removed views whose prediction changes.
-    pub(super) views: Vec<u32>,
+    pub views: Vec<u32>,
     /// The removed view that is kept from now on.
-    pub(super) kept: Option<u32>,
+    pub kept: Option<u32>,
 }
 
 /// A triangle's volume with the center must stay above this share of the product of its arms: below, a ray from the
@@ -43,7 +44,8 @@ const MIN_VOLUME_SHARE: f64 = 1e-6;
 const RIM_PX: f64 = 1.5;
 
 /// The radius about the center that all contours of a map stay in: that of the model, and what pixels and simplification add.
-pub(crate) fn contour_radius(map: &SilhouetteMap) -> f64 {
+#[must_use]
+pub fn contour_radius(map: &SilhouetteMap) -> f64 {
     let pixel = 2.0 * map.radius / f64::from(map.resolution_px.max(1));
     map.radius + (RIM_PX + map.tolerance_px.max(0.0)) * pixel
 }
@@ -52,7 +54,8 @@ pub(crate) fn contour_radius(map: &SilhouetteMap) -> f64 {
 /// seen from any of them, lies in front of the frame shared with any other. The frame of two places is nearest to lying beside
 /// the sphere where their line passes nearest to it, and no line in the triangle passes nearer than its plane; of places in a
 /// plane the farthest see the sphere most from aside.
-pub(crate) fn is_readable([a, b, c]: [DVec3; 3], radius: f64) -> bool {
+#[must_use]
+pub fn is_readable([a, b, c]: [DVec3; 3], radius: f64) -> bool {
     let across = (b - a).cross(c - a);
     let plane = a.dot(across) / across.length();
     [a, b, c].iter().all(|arm| {
@@ -64,9 +67,18 @@ pub(crate) fn is_readable([a, b, c]: [DVec3; 3], radius: f64) -> bool {
     })
 }
 
+/// A removed view, and which of some new triangles it faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facing {
+    /// The view.
+    pub view: u32,
+    /// Index of the triangle.
+    pub triangle: usize,
+}
+
 /// What triangles must be like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Rule {
+pub enum Rule {
     /// All their places can be looked from.
     Readable,
     /// Silhouettes at the ends of each side can be interpolated: all that earlier versions asked for, whose orders are carried out.
@@ -75,7 +87,7 @@ pub(super) enum Rule {
 
 /// The polytope of the views that are left.
 #[derive(Clone, Debug)]
-pub(super) struct SimplifiedPolytope {
+pub struct SimplifiedPolytope {
     /// Eyes relative to the center.
     arms: Vec<DVec3>,
     radius: f64,
@@ -93,7 +105,9 @@ pub(super) struct SimplifiedPolytope {
 }
 
 impl SimplifiedPolytope {
-    pub(super) fn new(map: &SilhouetteMap, rule: Rule) -> Self {
+    /// That of a map, with all views that are on it.
+    #[must_use]
+    pub fn new(map: &SilhouetteMap, rule: Rule) -> Self {
         let mut stars = vec![Vec::new(); map.views.len()];
         for (t, triangle) in (0_u32..).zip(&map.triangles) {
             for &v in triangle {
@@ -118,24 +132,28 @@ impl SimplifiedPolytope {
         }
     }
 
-    pub(super) fn view_count(&self) -> usize {
+    /// How many views are left.
+    #[must_use]
+    pub fn view_count(&self) -> usize {
         self.view_count
     }
 
     /// The views that are not left, ascending.
-    pub(super) fn gone(&self) -> Vec<u32> {
+    #[must_use]
+    pub fn gone(&self) -> Vec<u32> {
         (0..self.stars.len() as u32)
             .filter(|&v| self.stars[v as usize].is_empty())
             .collect()
     }
 
     /// Says which triangle a view that is not left faces.
-    pub(super) fn place(&mut self, view: u32, triangle: u32) {
+    pub fn place(&mut self, view: u32, triangle: u32) {
         self.members[triangle as usize].push(view);
     }
 
     /// Changes whenever the triangles around a view do.
-    pub(super) fn version(&self, view: u32) -> u32 {
+    #[must_use]
+    pub fn version(&self, view: u32) -> u32 {
         self.versions[view as usize]
     }
 
@@ -157,13 +175,15 @@ impl SimplifiedPolytope {
         found
     }
 
-    pub(super) fn is_edge(&self, collapse: Collapse) -> bool {
+    /// Whether it goes along an edge.
+    #[must_use]
+    pub fn is_edge(&self, collapse: Collapse) -> bool {
         self.star(collapse.removed)
             .any(|(_, t)| t.contains(&collapse.onto))
     }
 
     /// All edges, in both directions, in a fixed order.
-    pub(super) fn collapses(&self) -> impl Iterator<Item = Collapse> + '_ {
+    pub fn collapses(&self) -> impl Iterator<Item = Collapse> + '_ {
         (0..self.stars.len() as u32).flat_map(|removed| {
             self.neighbours(removed)
                 .into_iter()
@@ -173,7 +193,8 @@ impl SimplifiedPolytope {
 
     /// The triangles that a collapse leaves where the removed view was; `None` when the result would not be a manifold, not
     /// star-shaped, or have an edge too long to rectify or places that cannot be looked from.
-    pub(super) fn triangles_after(&self, collapse: Collapse) -> Option<Vec<[u32; 3]>> {
+    #[must_use]
+    pub fn triangles_after(&self, collapse: Collapse) -> Option<Vec<[u32; 3]>> {
         let Collapse { removed, onto } = collapse;
         let (ring, other_ring) = (self.neighbours(removed), self.neighbours(onto));
         let common = ring
@@ -212,7 +233,8 @@ impl SimplifiedPolytope {
     }
 
     /// The original views whose prediction changes when `view` is removed: itself, and the removed ones in its star.
-    pub(super) fn views_around(&self, view: u32) -> Vec<u32> {
+    #[must_use]
+    pub fn views_around(&self, view: u32) -> Vec<u32> {
         let mut views: Vec<u32> = self.stars[view as usize]
             .iter()
             .flat_map(|&t| &self.members[t as usize])
@@ -224,20 +246,23 @@ impl SimplifiedPolytope {
     }
 
     /// The views that are left, ascending.
-    pub(super) fn kept(&self) -> Vec<u32> {
+    #[must_use]
+    pub fn kept(&self) -> Vec<u32> {
         (0..self.stars.len() as u32)
             .filter(|&v| !self.stars[v as usize].is_empty())
             .collect()
     }
 
     /// The edges, each once, in a fixed order.
-    pub(super) fn edges(&self) -> Vec<[u32; 2]> {
+    #[must_use]
+    pub fn edges(&self) -> Vec<[u32; 2]> {
         let both = self.collapses().map(|c| [c.removed, c.onto]);
         both.filter(|[a, b]| a < b).collect()
     }
 
     /// The edges of the triangles around `view`, each once, in a fixed order.
-    pub(super) fn edges_around(&self, view: u32) -> Vec<[u32; 2]> {
+    #[must_use]
+    pub fn edges_around(&self, view: u32) -> Vec<[u32; 2]> {
         let corners = self.star(view).map(|(_, t)| t);
         let sides = corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
@@ -255,7 +280,8 @@ impl SimplifiedPolytope {
     }
 
     /// The edge turned in the quadrangle of its two triangles; `None` where that leaves no polytope.
-    pub(super) fn flip(&self, [a, b]: [u32; 2]) -> Option<Patch> {
+    #[must_use]
+    pub fn flip(&self, [a, b]: [u32; 2]) -> Option<Patch> {
         let directed = |from: u32, to: u32| {
             self.star(from).find_map(|(t, triangle)| {
                 let k = triangle.iter().position(|&v| v == from)?;
@@ -288,7 +314,8 @@ impl SimplifiedPolytope {
     }
 
     /// At most `count` removed views in the triangles around `view`, the nearest to the middle of its neighbours first.
-    pub(super) fn views_beside(&self, view: u32, count: usize) -> Vec<u32> {
+    #[must_use]
+    pub fn views_beside(&self, view: u32, count: usize) -> Vec<u32> {
         let middle: DVec3 = (self.neighbours(view).iter())
             .map(|&v| self.arms[v as usize].normalize_or_zero())
             .sum();
@@ -301,7 +328,8 @@ impl SimplifiedPolytope {
     }
 
     /// The triangles around `view` drawn to a removed view instead; `None` where that leaves no polytope.
-    pub(super) fn replacement(&self, view: u32, other: u32) -> Option<Patch> {
+    #[must_use]
+    pub fn replacement(&self, view: u32, other: u32) -> Option<Patch> {
         let old = self.stars[view as usize].clone();
         let new: Vec<[u32; 3]> = self
             .star(view)
@@ -324,8 +352,8 @@ impl SimplifiedPolytope {
         })
     }
 
-    /// Carries a patch out. `predictions` give the new triangle that each of its views lies in.
-    pub(super) fn apply_patch(&mut self, patch: &Patch, predictions: &[Prediction]) {
+    /// Carries a patch out. `facing` says of each of its views which new triangle it faces.
+    pub fn apply_patch(&mut self, patch: &Patch, facing: impl IntoIterator<Item = Facing>) {
         for (&t, &new) in patch.old.iter().zip(&patch.new) {
             for v in self.triangles[t as usize]
                 .replace(new)
@@ -340,17 +368,17 @@ impl SimplifiedPolytope {
             }
             self.members[t as usize].clear();
         }
-        for p in predictions {
+        for p in facing {
             self.members[patch.old[p.triangle] as usize].push(p.view);
         }
     }
 
-    /// Carries a collapse out. `predictions` give which of the new triangles (in the order of
-    /// [`Self::triangles_after`]) each view around it lies in. Returns the edges that are new, in both directions.
-    pub(super) fn apply(
+    /// Carries a collapse out. `facing` says which of the new triangles (in the order of
+    /// [`Self::triangles_after`]) each view around it faces. Returns the edges that are new, in both directions.
+    pub fn apply(
         &mut self,
         collapse: Collapse,
-        predictions: &[Prediction],
+        facing: impl IntoIterator<Item = Facing>,
     ) -> Vec<Collapse> {
         let Collapse { removed, onto } = collapse;
         let before = self.neighbours(onto);
@@ -374,7 +402,7 @@ impl SimplifiedPolytope {
                 moved.push(t);
             }
         }
-        for p in predictions {
+        for p in facing {
             self.members[moved[p.triangle] as usize].push(p.view);
         }
         for &v in &ring {
@@ -388,7 +416,8 @@ impl SimplifiedPolytope {
     }
 
     /// The views that are left, ascending, and the triangles over their new numbers, in a fixed order.
-    pub(super) fn compact(&self) -> (Vec<u32>, Vec<[u32; 3]>) {
+    #[must_use]
+    pub fn compact(&self) -> (Vec<u32>, Vec<[u32; 3]>) {
         let kept: Vec<u32> = (0..self.stars.len() as u32)
             .filter(|&v| !self.stars[v as usize].is_empty())
             .collect();
@@ -408,17 +437,18 @@ impl SimplifiedPolytope {
         (kept, triangles)
     }
 
-    /// Fails when the polytope is not closed, star-shaped, and home to every removed view exactly once.
-    #[cfg(test)]
-    pub(super) fn check(&self) {
+    /// Whether the polytope is closed, star-shaped, and home to every removed view exactly once.
+    #[must_use]
+    pub fn is_consistent(&self) -> bool {
         let (kept, triangles) = self.compact();
         let arms = kept.iter().map(|&v| self.arms[v as usize]).collect();
-        silmap_map::Polytope::from_parts(DVec3::ZERO, arms, triangles).unwrap();
-        assert_eq!(kept.len(), self.view_count);
+        let is_star_shaped = Polytope::from_parts(DVec3::ZERO, arms, triangles).is_ok();
         let mut housed: Vec<u32> = self.members.iter().flatten().copied().collect();
         housed.extend(&kept);
         housed.sort_unstable();
-        assert_eq!(housed, (0..self.stars.len() as u32).collect::<Vec<_>>());
+        is_star_shaped
+            && kept.len() == self.view_count
+            && housed.into_iter().eq(0..self.stars.len() as u32)
     }
 }
 

@@ -2,10 +2,11 @@
 //!
 //! Source: Silhouette Mapping, section 6: the collapse order that was noted when the map was simplified is carried out.
 
-use silmap_map::{Asset, BuildRecord, CollapseOrder, CollapseStep};
+use serde_json::Value;
 use thiserror::Error;
 
-use crate::simplify_map::{ReplayError, replay};
+use crate::asset::{Asset, BuildRecord, CollapseOrder, CollapseStep};
+use crate::replay::{ReplayError, replay};
 
 /// How many views an asset shall keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +56,7 @@ pub enum FewerViewsError {
 }
 
 /// Between the options of the build and those of later calls in [`BuildRecord::options`].
-pub(crate) const THEN: &str = ", then --from with ";
+pub const THEN: &str = ", then --from with ";
 
 /// `asset` with as few views as `goal` says, and what remains of its order. Going down in several calls gives the same as in one.
 ///
@@ -91,7 +92,7 @@ pub fn keep_fewer_views(asset: &Asset, goal: ViewGoal) -> Result<Asset, FewerVie
             errors,
             steps: steps.collect(),
         }),
-        params: crate::recipe::with_fewer_views(&asset.record.params, kept.len() as u32),
+        params: with_fewer_views(&asset.record.params, kept.len() as u32),
         ..asset.record.clone()
     };
     Ok(Asset {
@@ -101,6 +102,16 @@ pub fn keep_fewer_views(asset: &Asset, goal: ViewGoal) -> Result<Asset, FewerVie
         textures: asset.textures.clone(),
         placement: asset.placement,
     })
+}
+
+/// The recipe of an asset whose views were removed down to `views`, as it is stored.
+#[must_use]
+pub fn with_fewer_views(params: &Value, views: u32) -> Value {
+    let mut params = params.clone();
+    if let Value::Object(entries) = &mut params {
+        entries.insert("fewer_views".to_owned(), views.into());
+    }
+    params
 }
 
 /// How many steps lead to a goal.
@@ -122,96 +133,5 @@ fn steps_to(order: &CollapseOrder, there: u32, goal: ViewGoal) -> Result<usize, 
             let last = curve.iter().rposition(|&(_, mean)| mean <= limit);
             last.ok_or(FewerViewsError::TooWrong { share, limit })
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::capture::Backend;
-    use crate::pipeline::{BuildParams, build};
-    use silmap_geometry::ClosedMesh;
-    use silmap_geometry::Watch;
-    use silmap_map::asset;
-    use silmap_models as models;
-
-    fn torus_asset() -> Asset {
-        let mut params = BuildParams {
-            views: 48,
-            resolution_px: 64,
-            ..BuildParams::default()
-        };
-        params.capture.backend = Backend::Cpu;
-        params.map.keep = 24;
-        params.hull.target_faces = 100;
-        params.textures.views = 3;
-        params.textures.size_px = 16;
-        let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-        let (made, _) = build(&model, "torus", &params, &Watch::silent()).unwrap();
-        // What a file holds is what there is to go on with.
-        asset::read(&asset::write(&made).unwrap()).unwrap()
-    }
-
-    #[test]
-    fn going_down_in_two_calls_is_going_down_in_one() {
-        let asset = torus_asset();
-        let at_once = keep_fewer_views(&asset, ViewGoal::Keep(12)).unwrap();
-        let half_way = keep_fewer_views(&asset, ViewGoal::Keep(17)).unwrap();
-        assert_eq!(
-            (half_way.map.views.len(), at_once.map.views.len()),
-            (17, 12)
-        );
-        assert_ne!(half_way, at_once);
-        let stored = asset::read(&asset::write(&half_way).unwrap()).unwrap();
-        assert_eq!(stored, half_way);
-        assert_eq!(keep_fewer_views(&stored, ViewGoal::Keep(12)), Ok(at_once));
-        // To stay where one is changes the options only.
-        let same = keep_fewer_views(&asset, ViewGoal::Keep(24)).unwrap();
-        assert_eq!(
-            (&same.map, &same.record.order),
-            (&asset.map, &asset.record.order)
-        );
-    }
-
-    #[test]
-    fn an_error_gives_the_fewest_views_that_hold_it() {
-        let asset = torus_asset();
-        let curve = asset.record.order.as_ref().unwrap().curve(24);
-        let limit = curve[5].1;
-        let made = keep_fewer_views(&asset, ViewGoal::MaxError(limit)).unwrap();
-        let views = made.map.views.len() as u32;
-        assert!(views <= curve[5].0);
-        assert_eq!(made.record.error_curve.last().unwrap().0, views);
-        assert!(made.record.order.unwrap().errors.mean <= limit);
-        let all_below = curve.iter().filter(|(v, _)| *v < views);
-        assert!(all_below.clone().count() > 0 && all_below.clone().all(|(_, e)| *e > limit));
-    }
-
-    #[test]
-    fn goals_out_of_reach_are_refused() {
-        let asset = torus_asset();
-        let refused = |goal| keep_fewer_views(&asset, goal).unwrap_err().to_string();
-        assert_eq!(
-            refused(ViewGoal::Keep(25)),
-            "it has 24 views, 25 can only be built from its model"
-        );
-        assert!(refused(ViewGoal::Keep(3)).contains("not to 3"));
-        assert!(refused(ViewGoal::MaxError(1e-9)).contains("more than 0.0000 %"));
-        let mut without = asset.clone();
-        without.record.order = None;
-        let refused = keep_fewer_views(&without, ViewGoal::Keep(12));
-        assert_eq!(refused, Err(FewerViewsError::NoOrder));
-        let mut foreign = asset.clone();
-        let order = foreign.record.order.as_mut().unwrap();
-        // A view on the other side is no neighbour.
-        let eye = |view: u32| asset.map.eye(view);
-        let from = eye(order.steps[0].removed);
-        let opposite = (0..24).min_by(|&a, &b| from.dot(eye(a)).total_cmp(&from.dot(eye(b))));
-        order.steps[0].onto = opposite.unwrap();
-        let refused = keep_fewer_views(&foreign, ViewGoal::Keep(12));
-        assert!(
-            matches!(refused, Err(FewerViewsError::Replay(_))),
-            "{refused:?}"
-        );
     }
 }

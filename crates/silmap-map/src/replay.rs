@@ -1,10 +1,10 @@
 //! Applying a stored collapse order: fewer views without the model.
 
-use silmap_map::{CollapseStep, SilhouetteMap};
 use thiserror::Error;
 
-use super::polytope::{Collapse, Rule, SimplifiedPolytope};
-use super::submap;
+use crate::asset::CollapseStep;
+use crate::silhouette_map::SilhouetteMap;
+use crate::simplified_polytope::{Collapse, Rule, SimplifiedPolytope};
 
 /// Why a step of a collapse order cannot be carried out.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
@@ -62,15 +62,15 @@ pub fn replay(
                 onto: s.onto,
             });
         }
-        polytope.apply(collapse, &[]);
+        polytope.apply(collapse, []);
         for &[from, to] in &s.turned {
             let patch = (is_there(from) && is_there(to))
                 .then(|| polytope.flip([from, to]))
                 .flatten()
                 .ok_or(ReplayError::Edge { step, from, to })?;
-            polytope.apply_patch(&patch, &[]);
+            polytope.apply_patch(&patch, []);
         }
     }
     let (kept, triangles) = polytope.compact();
-    Ok((submap(map, &kept, triangles), kept))
+    Ok((map.of_views(&kept, triangles), kept))
 }
