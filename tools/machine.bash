@@ -88,7 +88,7 @@ on_a_display() {
         kill -0 "$server" || return 1
         sleep 0.1
     done
-    DISPLAY=:$(cat "$folder/number") DISPLAY_PICTURE=$folder/Xvfb_screen0 timeout 300 "$@" || status=$?
+    DISPLAY=:$(cat "$folder/number") DISPLAY_PICTURE=$folder/Xvfb_screen0 timeout 600 "$@" || status=$?
     kill "$server"
     wait "$server" || true
     return "$status"

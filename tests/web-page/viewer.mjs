@@ -1,5 +1,5 @@
 // Drives the viewer's page in a browser, on a display that need not be seen, by WebGPU and WebGL2: pictures beside those of `silmap render`, what is refused, sizes
-// of the window, a lost device, and that the page keeps its wheel and keys until the picture has the focus.
+// of the window, a lost device, and what is around the picture (around.mjs).
 //
 //     npm ci && node viewer.mjs PAGE ASSET.glb VIEWER SILMAP [PICTURES]
 //
@@ -12,6 +12,7 @@ import { copyFileSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSy
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { PNG } from 'pngjs';
+import * as around from './around.mjs';
 import { compare, launchOnDisplay, serveViewer, until as untilIn } from './browser.mjs';
 
 const SIZE = 400;
@@ -134,6 +135,17 @@ async function drive(browser, address, backend, folder) {
     const isWider = await tab.evaluate(() => document.documentElement.scrollWidth > innerWidth);
     expect(!isWider, `${backend}: ${width}: the page scrolls sideways`);
   }
+
+  // What is around the picture.
+  await tab.setViewportSize({ width: SIZE, height: SIZE });
+  const told = (is, what) => expect(is, `${backend}: ${what}`);
+  const given = { tab, address, look: { ...look(EYES[0]), backend }, asset: readFileSync(asset), expect: told, until, open, picture, size: SIZE };
+  await around.posterUntilTheFirstFrame(given);
+  await around.savedPicture(given);
+  await around.fewerViews(given);
+  await around.droppedFiles(given);
+  await around.keyboardAlone(given);
+  await around.embedded(given);
 
   // A device that is lost comes back.
   await tab.setViewportSize({ width: SIZE, height: SIZE });

@@ -12,6 +12,11 @@ const message = document.getElementById('message');
 const isEmbedded = window !== window.top;
 document.documentElement.classList.toggle('embedded', isEmbedded);
 const say = (text) => { message.textContent = text; };
+// What the canvas says is read out too.
+const speak = (id, text) => {
+  const place = document.getElementById(id);
+  if (place.textContent !== text) place.textContent = text;
+};
 
 const asked = parameters.get('backend');
 const poster = parameters.get('poster');
@@ -52,6 +57,17 @@ function freshCanvas() {
   return fresh;
 }
 
+// What draws takes the focus when it starts, and gives none back to a page around: there it gets none.
+async function withoutFocus(start) {
+  const { focus } = HTMLElement.prototype;
+  HTMLElement.prototype.focus = () => {};
+  try {
+    return await start();
+  } finally {
+    HTMLElement.prototype.focus = focus;
+  }
+}
+
 async function start(query, without) {
   const choices = (await backends()).filter((backend) => asked || backend !== without);
   if (choices.length === 0) throw new Error('this browser offers neither WebGPU nor WebGL2, and one of them is needed');
@@ -63,8 +79,9 @@ async function start(query, without) {
       const { default: init, Viewer } = await import(`./${backend}/silmap-viewer.js?${window.restarts}`);
       await init();
       const canvas = freshCanvas();
-      const viewer = await Viewer.start(canvas, query);
-      if (isEmbedded) canvas.blur();
+      const viewer = await (isEmbedded ? withoutFocus(() => Viewer.start(canvas, query)) : Viewer.start(canvas, query));
+      // Of the fields of the page only the picture is one to come to.
+      for (const field of document.querySelectorAll('#stage input')) field.tabIndex = -1;
       current = viewer;
       watch(viewer, backend);
       return { viewer, backend };
@@ -91,6 +108,8 @@ function watch(viewer, backend) {
       say('');
       link = viewer.link();
     }
+    speak('told', viewer.described());
+    speak('alert', viewer.message() ?? '');
     setTimeout(look, 250);
   };
   look();
@@ -134,6 +153,10 @@ function begin(query, without) {
 
 say(parameters.has('asset') ? 'Loading' : '');
 begin(parameters.toString());
+// In the picture Tab goes from control to control: Escape gives the keys back to the page around.
+document.addEventListener('keydown', (event) => {
+  if (isEmbedded && event.key === 'Escape') document.activeElement?.blur();
+}, true);
 document.addEventListener('webglcontextlost', (event) => {
   event.preventDefault();
   window.silmap?.then(({ viewer }) => restart(viewer));
