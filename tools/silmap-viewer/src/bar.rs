@@ -1,6 +1,6 @@
 //! What is around the picture: the bar, what goes on and what is said, help, and keys that work everywhere.
 
-use egui::{Align2, FontId, Key, RichText, vec2};
+use egui::{Align2, Color32, FontId, Key, RichText, vec2};
 
 use crate::orbit::StandardView;
 use crate::viewer::Viewer;
@@ -81,15 +81,24 @@ pub(crate) fn help_window(viewer: &mut Viewer, context: &egui::Context) {
         .resizable(false)
         .anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0))
         .show(context, |ui| {
-            egui::Grid::new("keys")
-                .num_columns(2)
-                .striped(true)
+            // What a small window has room for, with a title above; the rest is scrolled to.
+            let room = context.content_rect().size() - vec2(24.0, 56.0);
+            let width = room.x.min(HELP_WIDTH);
+            let column = width * 0.5 - 12.0;
+            egui::ScrollArea::vertical()
+                .max_height(room.y)
                 .show(ui, |ui| {
-                    for (what, does) in HELP {
-                        ui.strong(*what);
-                        ui.label(*does);
-                        ui.end_row();
-                    }
+                    egui::Grid::new("keys")
+                        .num_columns(2)
+                        .max_col_width(column)
+                        .striped(true)
+                        .show(ui, |ui| {
+                            for (what, does) in HELP {
+                                ui.add(egui::Label::new(RichText::new(*what).strong()).wrap());
+                                ui.add(egui::Label::new(*does).wrap());
+                                ui.end_row();
+                            }
+                        });
                 });
         });
     viewer.help_is_open = is_open;
@@ -105,14 +114,14 @@ pub(crate) fn welcome(viewer: &Viewer, ui: &egui::Ui, rect: egui::Rect) {
     } else {
         "Drop an asset (.glb), a mesh or a folder of photographs here"
     };
-    let colour = ui.visuals().text_color();
-    ui.painter().text(
-        rect.center(),
-        Align2::CENTER_CENTER,
-        text,
-        FontId::proportional(18.0),
-        colour,
-    );
+    // In the colour of labels over the picture, whose background is light.
+    let colour = Color32::from_gray(40);
+    let (font, width) = (FontId::proportional(18.0), 0.9 * rect.width());
+    let mut job = egui::text::LayoutJob::simple(text.to_owned(), font, colour, width);
+    job.halign = egui::Align::Center;
+    let galley = ui.painter().layout_job(job);
+    let place = rect.center() - vec2(0.0, 0.5 * galley.size().y);
+    ui.painter().galley(place, galley, colour);
 }
 
 /// Keys that work wherever no text is typed.
@@ -175,6 +184,9 @@ pub(crate) fn take_keys(viewer: &mut Viewer, context: &egui::Context) {
         }
     }
 }
+
+/// The help's lines are broken beyond this width, points.
+const HELP_WIDTH: f32 = 520.0;
 
 const HELP: &[(&str, &str)] = &[
     ("drag, one finger", "turn"),

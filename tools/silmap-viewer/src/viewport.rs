@@ -409,16 +409,27 @@ fn labels(viewer: &Viewer, ui: &Ui, panes: &Panes) {
         );
     }
     if viewer.hint_is_shown {
-        let hint = if rect.width() < 420.0 {
+        let hint = if rect.width() < 620.0 {
             "drag: turn, pinch: nearer, H: help"
         } else {
-            "drag: turn   right drag: move   wheel: nearer   F: frame   B: beside the original   H: help"
+            "drag: turn   right drag: move   wheel: nearer   F: frame   B: two pictures   H: help"
         };
-        text(
-            pos2(rect.center().x, rect.bottom() - 8.0),
-            Align2::CENTER_BOTTOM,
-            hint,
-        );
+        // At the bottom, but for the three contours that may be there.
+        if viewer.look.overlays.triangle {
+            let below_labels = rect.top() + 32.0;
+            text(
+                pos2(rect.center().x, below_labels),
+                Align2::CENTER_TOP,
+                hint,
+            );
+        } else {
+            let above_rim = rect.bottom() - 8.0;
+            text(
+                pos2(rect.center().x, above_rim),
+                Align2::CENTER_BOTTOM,
+                hint,
+            );
+        }
     }
 }
 
