@@ -15,7 +15,7 @@ use silmap_preprocess::pipeline::{BuildParams, Photographed};
 use crate::loader::{News, watched};
 use crate::opening::{Work, file_name};
 use crate::scene::Scene;
-use crate::shot::{Shot, ShotSource};
+use crate::shot::{Shot, ShotSource, upwards};
 
 /// Shows the carved hull of a capture, then its photographs' colours, and builds its asset; `None` when it was stopped.
 pub(crate) fn build(path: &Path, work: &Work<'_>) -> anyhow::Result<Option<Scene>> {
@@ -38,6 +38,7 @@ fn build_unless_stopped(path: &Path, work: &Work<'_>) -> anyhow::Result<Option<S
         name: file_name(path),
         model: Some(Arc::new(carved.mesh.clone())),
         origin: carved.mesh.origin(),
+        upwards: upwards(capture.views.iter().map(|view| &view.camera)),
         ..Scene::default()
     };
     work.preview(&scene);

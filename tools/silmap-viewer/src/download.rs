@@ -6,33 +6,31 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 
 use crate::loader::{Loading, News};
+use crate::seen::Seen;
 use crate::viewer::Viewer;
 
-/// Begins to save the picture that is seen, the left one where there are two, in the size that it has on the page.
+/// Begins to save the picture that is seen, in the size that it has on the page.
 pub(crate) fn save_picture(viewer: &mut Viewer, context: &egui::Context) {
     let asset = &viewer.scene.name;
     let stem = asset
         .rsplit_once('.')
         .map_or(asset.as_str(), |(stem, _)| stem);
     let name = format!("{stem}.png");
-    let begun = match &viewer.stage {
-        Some(stage) => stage.read_back(0).map(|read| (read, stage.gpu.clone())),
-        None => return,
-    };
-    let ((pending, size_px), gpu) = match begun {
-        Ok(begun) => begun,
+    let seen = match Seen::of(viewer) {
+        Ok(seen) => seen,
         Err(reason) => return viewer.say(format!("{name}: {reason}"), true),
     };
     // What is loading is drawn again and again, and that moves the read-back on.
     let loading = Loading::begin(context, &name.clone(), |teller, _| {
         spawn_local(async move {
-            let saved = match pending.finish(&gpu).await {
-                Ok((rgba, _)) => save(&name, &rgba, size_px).await,
-                Err(error) => Err(error.to_string()),
+            let saved = match seen.finish().await {
+                Ok((rgba, size_px)) => save(&name, &rgba, size_px).await.map(|()| size_px),
+                Err(reason) => Err(reason),
             };
-            let (width, height) = size_px;
             teller.tell(match saved {
-                Ok(()) => News::Said(format!("{name} is saved: {width} × {height} pixels")),
+                Ok((width, height)) => {
+                    News::Said(format!("{name} is saved: {width} × {height} pixels"))
+                }
                 Err(reason) => News::Failed(format!("{name}: {reason}")),
             });
         });

@@ -14,6 +14,7 @@ use silmap_study::{FrameParams, PictureOptions, PictureRenderer};
 
 use crate::loader::{Loading, News, Teller};
 use crate::orbit::Orbit;
+use crate::seen::{Pixels, Seen};
 use crate::stage::Picture;
 use crate::viewer::Viewer;
 use crate::viewport;
@@ -23,39 +24,34 @@ const TURN_FRAMES: u32 = 60;
 const TURN_RATE: f64 = 20.0;
 const TURN_QUALITY: u8 = 75;
 
-/// Saves the picture that is seen, the left one where there are two, in the size that it has in the window.
-pub(crate) fn save_picture(viewer: &mut Viewer) {
-    match read(viewer) {
-        Ok((rgba, size_px)) => write(viewer, rgba, size_px),
-        Err(reason) => viewer.say(format!("{}: {reason}", viewer.export.name), true),
-    }
+/// Begins to save the picture that is seen, in the size that it has in the window.
+pub(crate) fn save_picture(viewer: &mut Viewer, context: &egui::Context) {
+    let name = viewer.export.name.clone();
+    let seen = match Seen::of(viewer) {
+        Ok(seen) => seen,
+        Err(reason) => return viewer.say(format!("{name}: {reason}"), true),
+    };
+    viewer.loading = Some(Loading::beside(context, &name.clone(), move |_, _| {
+        let written = seen
+            .wait()
+            .map_err(anyhow::Error::msg)
+            .and_then(|pixels| write_picture(&PathBuf::from(&name), pixels));
+        match written {
+            Ok((width, height)) => {
+                News::Said(format!("{name} is written: {width} × {height} pixels"))
+            }
+            Err(reason) => News::Failed(format!("{name}: {reason:#}")),
+        }
+    }));
 }
 
-/// The pixels of the left picture.
-fn read(viewer: &Viewer) -> Result<(Vec<u8>, (u32, u32)), String> {
-    let stage = viewer.stage.as_ref().ok_or("there is no picture")?;
-    let (pending, size_px) = stage.read_back(0)?;
-    let (rgba, _) = pending.wait(&stage.gpu).map_err(|e| e.to_string())?;
-    Ok((rgba, size_px))
-}
-
-fn write(viewer: &mut Viewer, rgba: Vec<u8>, (width, height): (u32, u32)) {
-    let path = PathBuf::from(&viewer.export.name);
-    let written = image::RgbaImage::from_raw(width, height, rgba)
-        .ok_or_else(|| "the picture has no pixels".to_owned())
-        .and_then(|picture| {
-            let mut bytes = std::io::Cursor::new(Vec::new());
-            let encoded = picture.write_to(&mut bytes, image::ImageFormat::Png);
-            encoded.map_err(|e| e.to_string())?;
-            write_whole(&path, &bytes.into_inner()).map_err(|e| e.to_string())
-        });
-    match written {
-        Ok(()) => viewer.say(
-            format!("{} is written: {width} × {height} pixels", path.display()),
-            false,
-        ),
-        Err(reason) => viewer.say(format!("{}: {reason}", path.display()), true),
-    }
+fn write_picture(path: &Path, (rgba, size_px): Pixels) -> anyhow::Result<(u32, u32)> {
+    let picture = image::RgbaImage::from_raw(size_px.0, size_px.1, rgba);
+    let picture = picture.context("invariant: there is a pixel for each place")?;
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut bytes, image::ImageFormat::Png)?;
+    write_whole(path, &bytes.into_inner())?;
+    Ok(size_px)
 }
 
 /// The file appears whole or not at all.

@@ -13,6 +13,7 @@ use crate::captures;
 use crate::loader::{Loading, News};
 use crate::opening::{Opening, Work, file_name};
 use crate::scene::Scene;
+use crate::shot::upwards;
 use crate::start::Opened;
 
 /// Begins to load.
@@ -93,6 +94,7 @@ fn add_beside(work: &Work<'_>, scene: &mut Scene) -> anyhow::Result<()> {
     if let Some(path) = capture {
         work.say(format!("reading {}", file_name(path)));
         scene.shots = captures::shots(path, asset.placement.in_model, work)?;
+        scene.upwards = upwards(scene.shots.iter().map(|shot| &shot.camera));
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ mod bar;
 mod blit;
 #[cfg(not(target_arch = "wasm32"))]
 mod captures;
+mod choices;
 mod crowd;
 #[cfg(target_arch = "wasm32")]
 mod download;
@@ -33,6 +34,7 @@ mod panes;
 #[cfg(not(target_arch = "wasm32"))]
 mod photographs;
 mod scene;
+mod seen;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod serve;
 #[cfg(not(target_arch = "wasm32"))]

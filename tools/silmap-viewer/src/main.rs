@@ -63,6 +63,9 @@ mod desktop {
         /// Vertical field of view, degrees
         #[arg(long, value_name = "DEGREES", requires = "eye")]
         fov: Option<String>,
+        /// The axis that is upwards: y, z, or auto for that of the photographs
+        #[arg(long, value_name = "AXIS")]
+        upwards: Option<String>,
         /// clipped, original, textured, coarse, silhouette or difference
         #[arg(long)]
         mode: Option<String>,
@@ -121,6 +124,7 @@ mod desktop {
                 ("target", &self.target),
                 ("up", &self.up),
                 ("fov", &self.fov),
+                ("upwards", &self.upwards),
                 ("mode", &self.mode),
                 ("beside", &self.beside),
                 ("layout", &self.layout),

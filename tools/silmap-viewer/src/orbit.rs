@@ -1,6 +1,6 @@
 //! The camera that turns about a target: orbit, pan, zoom, roll, and the standard views.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use silmap_geometry::Camera;
 use silmap_map::BoundingSphere;
 
@@ -26,6 +26,8 @@ pub struct Orbit {
     pub target: DVec3,
     /// From the target to the eye, model units.
     pub distance: f64,
+    /// The unit direction that is upwards where nothing is rolled. The axes of angles are turned with it from y the shortest way.
+    pub upwards: DVec3,
     /// About the y axis, from +z towards +x, radians.
     pub azimuth_rad: f64,
     /// Above the plane y = 0, −π/2 to π/2.
@@ -96,6 +98,7 @@ impl Default for Orbit {
         Self {
             target: DVec3::ZERO,
             distance: 4.0,
+            upwards: DVec3::Y,
             azimuth_rad: 0.46,
             elevation_rad: 0.3,
             roll_rad: 0.0,
@@ -110,7 +113,12 @@ impl Orbit {
     pub fn direction(&self) -> DVec3 {
         let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
         let (sin_e, cos_e) = self.elevation_rad.sin_cos();
-        DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e)
+        self.basis() * DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e)
+    }
+
+    /// From the axes of the angles to those of space.
+    fn basis(&self) -> DQuat {
+        DQuat::from_rotation_arc(DVec3::Y, self.upwards)
     }
 
     /// The eye, object space.
@@ -124,8 +132,9 @@ impl Orbit {
     pub fn frame_axes(&self) -> (DVec3, DVec3) {
         let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
         let (sin_e, cos_e) = self.elevation_rad.sin_cos();
-        let right = DVec3::new(cos_a, 0.0, -sin_a);
-        let up = DVec3::new(-sin_a * sin_e, cos_e, -cos_a * sin_e);
+        let basis = self.basis();
+        let right = basis * DVec3::new(cos_a, 0.0, -sin_a);
+        let up = basis * DVec3::new(-sin_a * sin_e, cos_e, -cos_a * sin_e);
         let (sin_r, cos_r) = self.roll_rad.sin_cos();
         (right * cos_r - up * sin_r, right * sin_r + up * cos_r)
     }
@@ -151,20 +160,19 @@ impl Orbit {
         }
     }
 
-    /// The orbit of an eye that looks at a target with `up` upwards in the picture, as nearly as may be.
+    /// The same upwards, of an eye that looks at a target with `up` upwards in the picture, as nearly as may be.
     #[must_use]
-    pub fn looking(eye: DVec3, target: DVec3, up: Option<DVec3>, fov_y_rad: f64) -> Self {
+    pub fn looking(&self, eye: DVec3, target: DVec3, up: Option<DVec3>, fov_y_rad: f64) -> Self {
         let arm = eye - target;
         let distance = arm.length();
         let Some(direction) = arm.try_normalize() else {
-            return Self {
-                target,
-                ..Self::default()
-            };
+            return Self { target, ..*self };
         };
+        let direction = self.basis().inverse() * direction;
         let mut orbit = Self {
             target,
             distance,
+            upwards: self.upwards,
             azimuth_rad: direction.x.atan2(direction.z),
             elevation_rad: direction.y.clamp(-1.0, 1.0).asin(),
             roll_rad: 0.0,
@@ -291,22 +299,40 @@ mod tests {
     }
 
     #[test]
+    fn what_is_upwards_is_up_in_the_picture() {
+        for upwards in [DVec3::Y, DVec3::Z, DVec3::NEG_Y, DVec3::new(0.6, 0.0, -0.8)] {
+            let mut orbit = Orbit {
+                upwards,
+                ..Orbit::default()
+            };
+            let (right, up) = orbit.frame_axes();
+            assert!(right.dot(upwards).abs() < 1e-12 && up.dot(upwards) > 0.9);
+            orbit.look_from(StandardView::Top);
+            assert!(orbit.direction().distance(upwards) < 1e-12);
+        }
+    }
+
+    #[test]
     fn an_orbit_is_the_same_after_it_was_told_by_eye_target_and_up() {
         let mut orbit = Orbit {
             target: DVec3::new(0.5, -1.0, 0.25),
             ..Orbit::default()
         };
-        for (azimuth_rad, elevation_rad, roll_rad) in
+        let upwards = [DVec3::Y, DVec3::Z, DVec3::new(0.48, -0.6, 0.64)];
+        for ((azimuth_rad, elevation_rad, roll_rad), upwards) in
             [(0.4, 0.3, 0.0), (-2.9, -1.2, 0.8), (3.0, 0.0, -2.5)]
+                .into_iter()
+                .flat_map(|angles| upwards.map(|upwards| (angles, upwards)))
         {
             orbit = Orbit {
+                upwards,
                 azimuth_rad,
                 elevation_rad,
                 roll_rad,
                 ..orbit
             };
             let (_, up) = orbit.frame_axes();
-            let again = Orbit::looking(orbit.eye(), orbit.target, Some(up), orbit.fov_y_rad);
+            let again = orbit.looking(orbit.eye(), orbit.target, Some(up), orbit.fov_y_rad);
             assert!(again.eye().distance(orbit.eye()) < 1e-12);
             assert!((again.roll_rad - roll_rad).abs() < 1e-9, "{again:?}");
         }

@@ -3,7 +3,7 @@
 use egui::{ComboBox, RichText, Slider, Ui};
 use glam::DVec3;
 
-use crate::look::{FACES, Layout, Look, MethodChoice, Named, Shown};
+use crate::look::{FACES, Layout, Look, MethodChoice, Named, Shown, Upwards};
 use crate::orbit::StandardView;
 use crate::viewer::Viewer;
 use silmap_study::{Antialias, Paint};
@@ -83,22 +83,22 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
             }
         }
     });
+    choice(ui, "Upwards", &mut viewer.look.upwards, |_: Upwards| true);
     ui.checkbox(&mut viewer.is_turning, "Turn by itself");
     ui.checkbox(&mut viewer.has_inertia, "Inertia")
         .on_hover_text("what is let go while it turns goes on turning for a moment");
     if ui.button("Copy a link to this view").clicked() {
         ui.ctx().copy_text(viewer.link());
     }
+    let can_save = viewer.loading.is_none() && !viewer.scene.is_empty();
     #[cfg(target_arch = "wasm32")]
-    ui.add_enabled_ui(viewer.loading.is_none() && !viewer.scene.is_empty(), |ui| {
-        if ui.button("Save picture").clicked() {
-            crate::download::save_picture(viewer, ui.ctx());
-        }
-    });
+    if (ui.add_enabled(can_save, egui::Button::new("Save picture"))).clicked() {
+        crate::download::save_picture(viewer, ui.ctx());
+    }
     #[cfg(not(target_arch = "wasm32"))]
     ui.horizontal(|ui| {
-        if ui.button("Save picture").clicked() {
-            crate::export::save_picture(viewer);
+        if (ui.add_enabled(can_save, egui::Button::new("Save picture"))).clicked() {
+            crate::export::save_picture(viewer, ui.ctx());
         }
         let name = egui::TextEdit::singleline(&mut viewer.export.name).desired_width(130.0);
         let name = ui.add(name);
@@ -106,8 +106,6 @@ pub(crate) fn controls(viewer: &mut Viewer, ui: &mut Ui) {
             egui::WidgetInfo::labeled(egui::Role::TextInput, true, "File of the picture")
         });
     });
-    #[cfg(not(target_arch = "wasm32"))]
-    let can_save = viewer.loading.is_none() && !viewer.scene.is_empty();
     #[cfg(not(target_arch = "wasm32"))]
     ui.add_enabled_ui(can_save, |ui| {
         let turn = ui.button("Save a turn");

@@ -28,6 +28,8 @@ pub struct Scene {
     /// The photographs of the capture that it was built of.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) shots: Arc<[crate::shot::Shot]>,
+    /// The direction that is upwards, where that is known; y is without.
+    pub upwards: Option<DVec3>,
     /// The origin of these coordinates in those of the file.
     pub origin: DVec3,
     /// What was odd.

@@ -20,6 +20,12 @@ const SMALL_SIDES_PX: [f64; 2] = [96.0, 640.0];
 /// Room around a picture that is looked through.
 const MARGIN: f64 = 1.04;
 
+/// The mean of what is up in all photographs is so long where they agree.
+const AGREEMENT: f64 = 0.4;
+
+/// An axis that is so near is meant: 25 degrees.
+const AXIS_COSINE: f64 = 0.906;
+
 /// Where a photograph comes from.
 #[derive(Debug)]
 pub(crate) enum ShotSource {
@@ -108,8 +114,8 @@ impl Shot {
         2.0 / (opposite - corner).length()
     }
 
-    /// The view from its camera that shows all of its picture in a window of this aspect.
-    pub(crate) fn orbit(&self, sphere: BoundingSphere, aspect: f64) -> Orbit {
+    /// The view from its camera, as one of another orbit, that shows all of its picture in a window of this aspect.
+    pub(crate) fn orbit(&self, from: &Orbit, sphere: BoundingSphere, aspect: f64) -> Orbit {
         let camera = &self.camera;
         let [_, down, forward] = camera.axes;
         let to_middle = sphere.center - camera.eye;
@@ -119,8 +125,23 @@ impl Shot {
         let far = corners[0].max(corners[1]) * MARGIN;
         let tangent = far.y.max(far.x / aspect);
         let target = camera.eye + forward * depth;
-        Orbit::looking(camera.eye, target, Some(-down), 2.0 * tangent.atan())
+        from.looking(camera.eye, target, Some(-down), 2.0 * tangent.atan())
     }
+}
+
+/// What is upwards, as people hold cameras: along an axis where that is near; `None` where the photographs do not agree.
+pub(crate) fn upwards<'a>(cameras: impl Iterator<Item = &'a Pinhole>) -> Option<DVec3> {
+    let ups: Vec<DVec3> = cameras.map(|camera| -camera.axes[1]).collect();
+    let mean = ups.iter().sum::<DVec3>() / ups.len().max(1) as f64;
+    let up = (mean.length() > AGREEMENT).then(|| mean.normalize_or_zero())?;
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let both = axes.into_iter().flat_map(|axis| [axis, -axis]);
+    let nearest = both.max_by(|a, b| a.dot(up).total_cmp(&b.dot(up)))?;
+    Some(if nearest.dot(up) > AXIS_COSINE {
+        nearest
+    } else {
+        up
+    })
 }
 
 /// A picture with neither side longer than this.

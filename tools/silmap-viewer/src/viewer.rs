@@ -3,7 +3,7 @@
 use silmap_map::MapReader;
 
 use crate::loader::{Loading, News, watched};
-use crate::look::{Look, Pose, Shown};
+use crate::look::{Look, Pose, Shown, Upwards};
 use crate::making::{Ready, Shape};
 use crate::orbit::Orbit;
 use crate::scene::Scene;
@@ -75,6 +75,8 @@ pub struct Viewer {
     pub(crate) photographs: crate::photographs::Photographs,
     pub(crate) picture_px: (u32, u32),
     pub(crate) origin_px: [f32; 2],
+    /// The column at which the second picture begins, and how far to the right of the first it lies, pixels.
+    pub(crate) pane_places_px: (f32, f32),
 }
 
 impl std::fmt::Debug for Viewer {
@@ -120,6 +122,7 @@ impl Viewer {
             photographs: crate::photographs::Photographs::default(),
             picture_px: (1, 1),
             origin_px: [0.0; 2],
+            pane_places_px: (0.0, 0.0),
         }
     }
 
@@ -168,12 +171,16 @@ impl Viewer {
     pub fn link(&self) -> String {
         let orbit = &self.orbit;
         let (_, up) = orbit.frame_axes();
+        // Where y upwards is not the same.
+        let is_other = orbit.roll_rad != 0.0
+            || orbit.elevation_rad.abs() > 1.57
+            || orbit.upwards != glam::DVec3::Y;
         let origin = self.scene.origin;
         let look = Look {
             pose: (!self.scene.is_empty()).then(|| Pose {
                 eye: orbit.eye() + origin,
                 target: Some(orbit.target + origin),
-                up: (orbit.roll_rad != 0.0 || orbit.elevation_rad.abs() > 1.57).then_some(up),
+                up: is_other.then_some(up),
                 fov_y_degrees: Some(orbit.fov_y_rad.to_degrees()),
             }),
             ..self.look
@@ -226,6 +233,15 @@ impl Viewer {
             crate::crowd::sphere_of(sphere, self.look.instances)
         } else {
             sphere
+        }
+    }
+
+    /// What is upwards: as it is asked for, or as the scene has it.
+    pub(crate) fn upwards(&self) -> glam::DVec3 {
+        match self.look.upwards {
+            Upwards::Auto => self.scene.upwards.unwrap_or(glam::DVec3::Y),
+            Upwards::Y => glam::DVec3::Y,
+            Upwards::Z => glam::DVec3::Z,
         }
     }
 
@@ -351,7 +367,7 @@ impl Viewer {
         let (width, height) = self.picture_px;
         let aspect = f64::from(width) / f64::from(height.max(1));
         if let Some(shot) = self.scene.shots.get(k) {
-            self.orbit = shot.orbit(self.scene.sphere(), aspect);
+            self.orbit = shot.orbit(&self.orbit, self.scene.sphere(), aspect);
             self.look.overlays.photographs = true;
         }
     }

@@ -12,7 +12,6 @@ use web_time::Instant;
 
 use crate::crowd::CrowdParams;
 use crate::look::{Layout, Named, Shown};
-use crate::orbit::Orbit;
 use crate::overlays;
 use crate::panes::Panes;
 use crate::stage::Picture;
@@ -43,10 +42,12 @@ pub(crate) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     };
     viewer.picture_px = panes.size_px;
     viewer.origin_px = panes.origin_px;
+    viewer.pane_places_px = (panes.split_px, panes.shift_px);
     let id = Id::unique("picture");
     let response = ui.interact(rect, id, Sense::click_and_drag());
     response
         .widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Picture of the model"));
+    viewer.orbit.upwards = viewer.upwards();
     if viewer.frames_next && !viewer.scene.is_empty() {
         viewer.frames_next = false;
         place_camera(viewer);
@@ -118,7 +119,7 @@ fn place_camera(viewer: &mut Viewer) {
         },
         f64::to_radians,
     );
-    viewer.orbit = Orbit::looking(pose.eye - origin, target, pose.up, fov);
+    viewer.orbit = (viewer.orbit).looking(pose.eye - origin, target, pose.up, fov);
 }
 
 /// The line between two pictures; whether it is being dragged.

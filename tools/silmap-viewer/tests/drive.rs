@@ -171,6 +171,10 @@ fn each_control_changes_what_it_says() {
     window.click("Beside another");
     window.click("Left");
     differs(&mut window, "the view from the left", 0.02);
+    window.choose("Upwards", "z");
+    differs(&mut window, "z upwards", 0.02);
+    window.choose("Upwards", "As captured, or y");
+    before_again(&mut window, &mut differs);
     window.click("A thousand instances");
     differs(&mut window, "a thousand instances", 0.02);
     window.click("Move the light");
