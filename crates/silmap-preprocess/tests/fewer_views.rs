@@ -19,10 +19,11 @@ fn torus_asset() -> Asset {
     params.hull.target_faces = 100;
     params.textures.views = 3;
     params.textures.size_px = 16;
-    let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-    let (made, _) = build(&model, "torus", &params, &Watch::silent()).unwrap();
+    let model = ClosedMesh::try_from(models::torus(600)).expect("a torus is closed");
+    let (made, _) = build(&model, "torus", &params, &Watch::silent()).expect("a torus is built");
     // What a file holds is what there is to go on with.
-    asset::read(&asset::write(&made).unwrap()).unwrap()
+    let bytes = asset::write(&made).expect("it can be written");
+    asset::read(&bytes).expect("it can be read")
 }
 
 #[test]
