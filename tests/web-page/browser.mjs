@@ -12,7 +12,7 @@ export function launch() {
   return chromium.launch({ executablePath: browserPath(), args: FLAGS });
 }
 
-// On the display that DISPLAY names: without one Chromium 156 loses the device of a canvas that is drawn by WebGPU.
+// On the display that DISPLAY names: without one Chromium 148 loses the device of a canvas that is drawn by WebGPU.
 export function launchOnDisplay() {
   if (!process.env.DISPLAY) throw new Error('a display is needed: see on_a_display in tools/machine.bash');
   const args = [...FLAGS, '--enable-features=Vulkan', '--use-vulkan=swiftshader'];
