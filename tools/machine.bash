@@ -1,4 +1,4 @@
-# What a machine needs before the project can be built, drawn and tested on it. Sourced by tools/demo and tools/test.
+# What a machine needs before the project can be built, drawn and tested on it. Sourced by the scripts of tools/.
 #
 # Every function asks first whether a thing is there and is silent when it is, so that a second run does nothing and a
 # machine without a network keeps working once it has everything.

@@ -67,6 +67,11 @@ impl Hulls {
         }
     }
 
+    /// Whether another light can shine on what is loaded; on nothing it can.
+    pub(crate) fn can_relight(&self) -> bool {
+        self.asset.as_ref().is_none_or(LoadedAsset::can_relight)
+    }
+
     /// Takes an asset in place of the one loaded before.
     pub(crate) fn load(
         &mut self,

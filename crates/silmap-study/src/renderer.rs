@@ -113,6 +113,12 @@ impl PictureRenderer {
         Ok(())
     }
 
+    /// Whether another light can shine on the asset, or on the mesh where there is no asset.
+    #[must_use]
+    pub fn can_relight(&self) -> bool {
+        self.options.relight && self.hulls.can_relight()
+    }
+
     /// Takes a full mesh in place of the one loaded before.
     ///
     /// # Errors

@@ -3,7 +3,6 @@
 use egui::{Align2, Color32, FontId, Panel};
 
 use crate::loader::{Loading, News};
-use crate::making::Ready;
 use crate::start::{Opened, Start};
 use crate::viewer::Viewer;
 use crate::{bar, left, panel, viewport};
@@ -22,9 +21,6 @@ pub struct App {
     /// What a page asked to be opened.
     #[cfg(target_arch = "wasm32")]
     pub(crate) pending_address: Option<String>,
-    /// What is shown, and what was asked for last.
-    opened: Option<Opened>,
-    pending: Option<Opened>,
     /// What the keyboard is at, or what was done last, in words.
     #[cfg(target_arch = "wasm32")]
     pub(crate) described: String,
@@ -48,8 +44,6 @@ impl App {
             context: context.egui_ctx.clone(),
             #[cfg(target_arch = "wasm32")]
             pending_address: None,
-            opened: None,
-            pending: None,
             #[cfg(target_arch = "wasm32")]
             described: String::new(),
         };
@@ -71,7 +65,6 @@ impl App {
         let Some(stage) = &self.viewer.stage else {
             return;
         };
-        self.pending = Some(file.clone());
         let opening = crate::opening::Opening {
             opened: file,
             maker: stage.maker(),
@@ -97,10 +90,10 @@ impl App {
             match loading.next() {
                 None => return,
                 Some(News::Progress(..)) => {}
-                Some(News::Preview(ready)) => self.show(*ready),
+                Some(News::Preview(ready)) => self.viewer.show(*ready),
                 Some(News::Done(ready)) => {
                     self.viewer.loading = None;
-                    self.show(*ready);
+                    self.viewer.show(*ready);
                 }
                 Some(News::Stopped) => {
                     self.give_up();
@@ -118,18 +111,11 @@ impl App {
         }
     }
 
-    fn show(&mut self, ready: Ready) {
-        if !ready.is_reshaped {
-            self.opened = self.pending.clone().or(self.opened.take());
-        }
-        self.viewer.show(ready);
-    }
-
     /// What was begun does not come.
     fn give_up(&mut self) {
         let ended = self.viewer.loading.take();
-        if ended.is_some_and(|loading| loading.reshapes) {
-            self.viewer.fall_back();
+        if let Some(asked) = ended.and_then(|loading| loading.reshapes) {
+            self.viewer.fall_back(asked);
         }
     }
 
@@ -229,7 +215,7 @@ impl eframe::App for App {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        left::remember(storage, &self.viewer.link(), self.opened.as_ref());
+        left::remember(storage, &self.viewer.link(), &self.viewer.scene);
     }
 
     fn clear_color(&self, _: &egui::Visuals) -> [f32; 4] {

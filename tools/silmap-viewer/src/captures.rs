@@ -6,8 +6,8 @@ use std::sync::Arc;
 use anyhow::Context;
 use glam::DVec3;
 use silmap_capture::{
-    CarveParams, Coloured, MaskOptions, carve, coloured, fitting_resolution_px, read_cameras,
-    read_with, silhouettes_with_room,
+    CameraList, CarveParams, Coloured, MaskOptions, carve, coloured, fitting_resolution_px,
+    read_cameras, read_with, silhouettes_with_room,
 };
 use silmap_mesh_io::Loaded;
 use silmap_preprocess::pipeline::{BuildParams, Photographed};
@@ -34,13 +34,13 @@ fn build_unless_stopped(path: &Path, work: &Work<'_>) -> anyhow::Result<Option<S
     })
     .with_context(named)?;
     odd.append(&mut carved.warnings);
-    let mut scene = Scene {
+    let mut scene = work.named(Scene {
         name: file_name(path),
         model: Some(Arc::new(carved.mesh.clone())),
         origin: carved.mesh.origin(),
         upwards: upwards(capture.views.iter().map(|view| &view.camera)),
         ..Scene::default()
-    };
+    });
     work.preview(&scene);
 
     let sources = (0..capture.views.len()).map(|view| ShotSource::View(Arc::clone(&capture), view));
@@ -81,11 +81,15 @@ fn build_unless_stopped(path: &Path, work: &Work<'_>) -> anyhow::Result<Option<S
     }))
 }
 
-/// The photographs of a capture, about the origin of the asset that was built of it.
-pub(crate) fn shots(path: &Path, origin: DVec3, work: &Work<'_>) -> anyhow::Result<Arc<[Shot]>> {
-    let list = Arc::new(read_cameras(path)?);
-    let sources = (0..list.views.len()).map(|view| ShotSource::Camera(Arc::clone(&list), view));
-    Ok(read_shots(sources, origin, work))
+/// The cameras of a capture.
+pub(crate) fn cameras(path: &Path) -> anyhow::Result<Arc<CameraList>> {
+    Ok(Arc::new(read_cameras(path)?))
+}
+
+/// The photographs of cameras, about the origin of the asset that was built of them.
+pub(crate) fn shots(list: &Arc<CameraList>, origin: DVec3, work: &Work<'_>) -> Arc<[Shot]> {
+    let sources = (0..list.views.len()).map(|view| ShotSource::Camera(Arc::clone(list), view));
+    read_shots(sources, origin, work)
 }
 
 fn read_shots(

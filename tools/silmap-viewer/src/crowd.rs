@@ -24,6 +24,8 @@ const NEAR_REL: f64 = 0.05;
 pub(crate) struct CrowdParams {
     pub(crate) camera: Camera,
     pub(crate) count: u32,
+    /// Across the plane that they stand on.
+    pub(crate) upwards: DVec3,
     pub(crate) method: Method,
     pub(crate) paint: Paint,
     pub(crate) background: Background,
@@ -55,6 +57,7 @@ pub(crate) struct Crowd {
     method: Method,
     asset: LoadedAsset,
     transforms: Vec<Transform>,
+    upwards: DVec3,
     samples: Option<((u32, u32), [wgpu::TextureView; 2])>,
     stats: FrameStats,
 }
@@ -87,6 +90,7 @@ impl Crowd {
             method,
             asset,
             transforms: Vec::new(),
+            upwards: DVec3::Y,
             samples: None,
             stats: FrameStats::default(),
         })
@@ -103,14 +107,19 @@ impl Crowd {
     }
 
     /// Puts as many up as are asked for.
-    fn stand(&mut self, count: u32) {
+    fn stand(&mut self, count: u32, upwards: DVec3) {
         let bounds = self.asset.model_bounds();
+        if self.upwards != upwards {
+            self.upwards = upwards;
+            self.transforms.clear();
+        }
+        let basis = DQuat::from_rotation_arc(DVec3::Y, upwards);
         let had = self.transforms.len() as u32;
         self.transforms.truncate(count as usize);
         for k in had..count {
             // All but the first turned, each another way.
-            let turn = DQuat::from_rotation_y(f64::from(k) * 1.7);
-            let to = place(bounds.radius, k);
+            let turn = DQuat::from_axis_angle(upwards, f64::from(k) * 1.7);
+            let to = basis * place(bounds.radius, k);
             let stand = bounds.center - turn * bounds.center;
             let transform = Transform::new(1.0, turn, stand + to);
             self.transforms.extend(transform.ok());
@@ -125,7 +134,7 @@ impl Crowd {
         target: &wgpu::TextureView,
         params: &CrowdParams,
     ) -> Result<(), RenderError> {
-        self.stand(params.count);
+        self.stand(params.count, params.upwards);
         let camera = &params.camera;
         let size_px = (camera.width_px, camera.height_px);
         let model = self.asset.bounds();

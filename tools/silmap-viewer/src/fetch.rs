@@ -19,8 +19,9 @@ pub(crate) fn fetch(context: &egui::Context, address: String, how: How) -> Loadi
     Loading::begin(context, &name, |teller, _| {
         spawn_local(async move {
             let name = address.rsplit('/').next().unwrap_or(&address).to_owned();
+            let source = address.clone();
             let news = match bytes_of(&address).await {
-                Ok(bytes) => read(&name, &bytes, how),
+                Ok(bytes) => read((&name, &source), &bytes, how),
                 Err(reason) => News::Failed(format!("{address}: {reason}")),
             };
             teller.tell(news);
@@ -37,8 +38,9 @@ pub(crate) fn read_dropped(
     let name = file.path().display().to_string();
     Loading::begin(context, &name.clone(), |teller: Teller, _| {
         spawn_local(async move {
+            let source = format!("dropped {name}");
             let news = match file.bytes_async().await {
-                Ok(bytes) => read(&name, &bytes, how),
+                Ok(bytes) => read((&name, &source), &bytes, how),
                 Err(reason) => News::Failed(format!("{name}: {reason}")),
             };
             teller.tell(news);
@@ -46,11 +48,12 @@ pub(crate) fn read_dropped(
     })
 }
 
-fn read(name: &str, bytes: &[u8], (maker, shape): How) -> News {
+fn read((name, source): (&str, &str), bytes: &[u8], (maker, shape): How) -> News {
     let made = silmap_map::asset::read(bytes)
         .map_err(|error| format!("{name}: {error}"))
         .and_then(|asset| {
-            let scene = Scene::of_asset(name, bytes.len() as u64, asset);
+            let mut scene = Scene::of_asset(name, bytes.len() as u64, asset);
+            source.clone_into(&mut scene.source);
             maker.make(scene, (shape, None), &silmap_geometry::Watch::silent())
         });
     match made {

@@ -31,8 +31,8 @@ pub(crate) fn open(context: &egui::Context, opening: Opening) -> Loading {
 
 fn run(work: &Work<'_>) -> News {
     let made = load(work).and_then(|scene| match scene {
-        Some(scene) => work.ready(scene),
-        None => Ok(None),
+        Some(scene) if !work.is_stopped() => work.ready(scene),
+        _ => Ok(None),
     });
     match made {
         Ok(Some(ready)) => News::Done(Box::new(ready)),
@@ -61,7 +61,7 @@ fn load(work: &Work<'_>) -> anyhow::Result<Option<Scene>> {
         return mesh(work, path, &bytes);
     }
     let read = read.with_context(named)?;
-    let mut scene = Scene::of_asset(&file_name(path), bytes.len() as u64, read);
+    let mut scene = work.named(Scene::of_asset(&file_name(path), bytes.len() as u64, read));
     drop(bytes);
     add_beside(work, &mut scene)?;
     Ok(Some(scene))
@@ -73,6 +73,11 @@ fn add_beside(work: &Work<'_>, scene: &mut Scene) -> anyhow::Result<()> {
         return Ok(());
     };
     let Opened { model, capture, .. } = &work.opening.opened;
+    // What is upwards says how the first picture is looked at.
+    let cameras = (capture.as_deref()).map(captures::cameras).transpose()?;
+    if let Some(list) = &cameras {
+        scene.upwards = upwards(list.views.iter().map(|view| &view.camera));
+    }
     if model.is_some() || capture.is_some() {
         work.preview(scene);
     }
@@ -90,11 +95,14 @@ fn add_beside(work: &Work<'_>, scene: &mut Scene) -> anyhow::Result<()> {
         scene.model = Some(Arc::new(mesh));
     } else if let Some(mesh) = &work.opening.shown.model {
         scene.model = of_asset(mesh, &asset);
+        let of_mesh = work.opening.shown.opened.as_ref();
+        let file = of_mesh.map(|shown| shown.model.as_ref().unwrap_or(&shown.path));
+        if let (Some(opened), Some(_), Some(file)) = (&mut scene.opened, &scene.model, file) {
+            opened.model = Some(file.clone());
+        }
     }
-    if let Some(path) = capture {
-        work.say(format!("reading {}", file_name(path)));
-        scene.shots = captures::shots(path, asset.placement.in_model, work)?;
-        scene.upwards = upwards(scene.shots.iter().map(|shot| &shot.camera));
+    if let Some(list) = &cameras {
+        scene.shots = captures::shots(list, asset.placement.in_model, work);
     }
     Ok(())
 }
@@ -108,6 +116,9 @@ fn mesh(work: &Work<'_>, path: &Path, bytes: &[u8]) -> anyhow::Result<Option<Sce
         let mut scene = shown.clone();
         scene.asset = shown.loaded().cloned();
         (scene.whole, scene.model) = (None, Some(mesh));
+        if let Some(opened) = &mut scene.opened {
+            opened.model = Some(path.to_owned());
+        }
         scene.warnings = vec![format!(
             "{}: {} was made from it, and is compared with it now",
             path.display(),
@@ -115,14 +126,14 @@ fn mesh(work: &Work<'_>, path: &Path, bytes: &[u8]) -> anyhow::Result<Option<Sce
         )];
         return Ok(Some(scene));
     }
-    let scene = Scene {
+    let scene = work.named(Scene {
         name: file_name(path),
         bytes: bytes.len() as u64,
         model: Some(Arc::new(loaded.mesh.clone())),
         origin: loaded.mesh.origin(),
         warnings: loaded.warnings.iter().map(ToString::to_string).collect(),
         ..Scene::default()
-    };
+    });
     work.preview(&scene);
     let params = BuildParams::default();
     work.built(scene, (&loaded, &Photographed::default()), &params)

@@ -1,6 +1,7 @@
 //! How the window was left, and what was open in it: kept from one time to the next.
 
 use crate::look::Look;
+use crate::scene::Scene;
 use crate::start::{Opened, Start};
 
 /// The key under which it is kept how the window was left, and those of what was open.
@@ -50,13 +51,13 @@ fn left_open(storage: &dyn eframe::Storage) -> Option<Opened> {
 }
 
 /// Keeps how it is looked at, as a link, and what is open.
-pub(crate) fn remember(storage: &mut dyn eframe::Storage, link: &str, opened: Option<&Opened>) {
+pub(crate) fn remember(storage: &mut dyn eframe::Storage, link: &str, shown: &Scene) {
     storage.set_string(LEFT_AS, link.to_owned());
     #[cfg(target_arch = "wasm32")]
-    let _ = opened;
+    let _ = shown;
     #[cfg(not(target_arch = "wasm32"))]
     {
-        let paths = match opened {
+        let paths = match &shown.opened {
             Some(opened) => [
                 Some(&opened.path),
                 opened.model.as_ref(),
@@ -124,7 +125,11 @@ mod tests {
         let nothing = as_it_was(&kept, &start(None));
         assert_eq!(nothing, (Look::default(), None));
         let link = "eye=1,2,3&mode=coarse&keep=9";
-        remember(&mut kept, link, start(Some(&path)).file.as_ref());
+        let shown = Scene {
+            opened: start(Some(&path)).file,
+            ..Scene::default()
+        };
+        remember(&mut kept, link, &shown);
         // Without a file the last one, seen as it was; the same one likewise.
         for asked in [None, Some(path.as_path())] {
             let (look, file) = as_it_was(&kept, &start(asked));

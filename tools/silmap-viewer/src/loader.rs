@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use web_time::{Duration, Instant};
 
-use crate::making::Ready;
+use crate::making::{Ready, Shape};
 
 /// Work that takes no longer is not shown, so that the window does not flicker.
 const SHORT: Duration = Duration::from_millis(300);
@@ -54,8 +54,8 @@ pub(crate) struct Loading {
     news: Receiver<News>,
     /// What is loaded.
     pub(crate) name: String,
-    /// Whether it makes something else of what is shown already.
-    pub(crate) reshapes: bool,
+    /// The shape that is made of what is shown already, where that is all it does.
+    pub(crate) reshapes: Option<Shape>,
     /// What was told last.
     pub(crate) progress: (String, Option<f32>),
     since: Instant,
@@ -80,7 +80,7 @@ impl Loading {
         Self {
             news,
             name: name.to_owned(),
-            reshapes: false,
+            reshapes: None,
             progress: ("reading".to_owned(), None),
             since: Instant::now(),
             stop,

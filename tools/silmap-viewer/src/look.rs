@@ -133,6 +133,7 @@ impl Look {
             fov_y_degrees: None,
         };
         let mut has_eye = false;
+        let mut of_eye = None;
         for pair in link.split('&').filter(|pair| !pair.is_empty()) {
             let (key, value) = pair.split_once('=').unwrap_or((pair, ""));
             let wrong = |wanted: &'static str| LinkError::Value {
@@ -142,6 +143,9 @@ impl Look {
             };
             const VECTOR: &str = "three finite numbers with commas between them are wanted";
             let point = || vector(value).ok_or_else(|| wrong(VECTOR));
+            if ["target", "up", "fov"].contains(&key) {
+                of_eye = Some(wrong("it is of use with an eye alone"));
+            }
             match key {
                 "eye" => {
                     pose.eye = point()?;
@@ -187,6 +191,7 @@ impl Look {
                     look.faces = Some(count.ok_or_else(|| wrong("20 to 20000 is wanted"))?);
                 }
                 "show" => {
+                    look.overlays = Overlays::default();
                     for name in value.split(',').filter(|name| !name.is_empty()) {
                         let flags = look.overlays.flags().into_iter();
                         let flag = flags.into_iter().find(|(known, ..)| *known == name);
@@ -200,6 +205,9 @@ impl Look {
                     return Err(LinkError::Key { key });
                 }
             }
+        }
+        if let Some(error) = of_eye.filter(|_| !has_eye) {
+            return Err(error);
         }
         look.pose = has_eye.then_some(pose);
         Ok(look)
@@ -335,6 +343,8 @@ mod tests {
         assert!(message("show=outline,hull").is_err());
         assert!(message("instances=0").is_err());
         assert!(message("faces=4").is_err());
+        assert!(message("target=0,0,0").is_err());
+        assert_eq!(message("fov=20&eye=1,2,3"), Ok(()));
         assert!(message("light=0,0,0").is_err());
     }
 }

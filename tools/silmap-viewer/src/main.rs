@@ -36,32 +36,22 @@ mod desktop {
         /// The asset, a mesh, or a capture's folder or camera file; without one what was open last
         file: Option<PathBuf>,
         /// The full mesh of the asset, to compare with
-        #[arg(long, requires = "file")]
+        #[arg(long, requires = "file", conflicts_with = "web")]
         model: Option<PathBuf>,
         /// The capture that the asset was built of, for its cameras and photographs
-        #[arg(long, requires = "file")]
+        #[arg(long, requires = "file", conflicts_with = "web")]
         capture: Option<PathBuf>,
         /// The eye, as for `silmap render`
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
         eye: Option<String>,
         /// What the eye looks at
-        #[arg(
-            long,
-            value_name = "X,Y,Z",
-            allow_hyphen_values = true,
-            requires = "eye"
-        )]
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
         target: Option<String>,
         /// Upwards in the picture
-        #[arg(
-            long,
-            value_name = "X,Y,Z",
-            allow_hyphen_values = true,
-            requires = "eye"
-        )]
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
         up: Option<String>,
         /// Vertical field of view, degrees
-        #[arg(long, value_name = "DEGREES", requires = "eye")]
+        #[arg(long, value_name = "DEGREES")]
         fov: Option<String>,
         /// The axis that is upwards: y, z, or auto for that of the photographs
         #[arg(long, value_name = "AXIS")]
@@ -73,13 +63,13 @@ mod desktop {
         #[arg(long, value_name = "MODE")]
         beside: Option<String>,
         /// How the two share the window: split or sides
-        #[arg(long, requires = "beside")]
+        #[arg(long)]
         layout: Option<String>,
         /// auto, tight, hull or paper
         #[arg(long)]
         method: Option<String>,
         /// The method of the second picture, where it is another
-        #[arg(long, value_name = "METHOD", requires = "beside")]
+        #[arg(long, value_name = "METHOD")]
         beside_method: Option<String>,
         /// relief, blended, nearest, views, tiles or lit
         #[arg(long)]

@@ -34,13 +34,16 @@ impl Shape {
 /// A scene that can be drawn at once.
 pub(crate) struct Ready {
     pub(crate) scene: Scene,
-    /// The shape that it has.
+    /// The shape that was asked for, and the one that it has.
+    pub(crate) asked: Shape,
     pub(crate) shape: Shape,
     /// Whether it is another shape of what was shown, and nothing else.
     pub(crate) is_reshaped: bool,
     pub(crate) reader: Option<MapReader>,
     /// `None`: the one that is there.
     pub(crate) renderer: Option<PictureRenderer>,
+    /// Whether lights can be moved, where that was tried.
+    pub(crate) can_relight: Option<bool>,
     /// `None`: the one that is there, where the renderer is.
     pub(crate) crowd: Option<Crowd>,
     /// Why its shape is not the one that was asked for.
@@ -66,6 +69,9 @@ impl Maker {
         watch: &Watch<'_>,
     ) -> Result<Option<Ready>, String> {
         let mut shape = asked;
+        if watch.check().is_err() {
+            return Ok(None);
+        }
         let Ok(complaint) = reshape(&mut scene, &mut shape, watch) else {
             return Ok(None);
         };
@@ -102,12 +108,19 @@ impl Maker {
         };
         // What the device refused belongs to what was made.
         self.gpu.check_once().map_err(|error| named(&error))?;
+        if watch.check().is_err() {
+            return Ok(None);
+        }
+        let tried = renderer.as_ref().filter(|_| shape.relight);
+        let can_relight = tried.map(PictureRenderer::can_relight);
         Ok(Some(Ready {
             is_reshaped: present.is_some(),
             scene,
+            asked,
             shape,
             reader,
             renderer,
+            can_relight,
             crowd,
             complaint,
         }))

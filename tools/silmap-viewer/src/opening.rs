@@ -41,6 +41,17 @@ impl Work<'_> {
         made.map_err(anyhow::Error::msg)
     }
 
+    /// A scene that knows where it is from.
+    pub(crate) fn named(&self, scene: Scene) -> Scene {
+        let opened = &self.opening.opened;
+        let whole = std::path::absolute(&opened.path).unwrap_or_else(|_| opened.path.clone());
+        Scene {
+            source: whole.display().to_string(),
+            opened: Some(opened.clone()),
+            ..scene
+        }
+    }
+
     /// Shows what there is already, if it can be shown.
     pub(crate) fn preview(&self, scene: &Scene) {
         let preview = self.ready(scene.clone());

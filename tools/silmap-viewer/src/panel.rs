@@ -1,7 +1,7 @@
 //! The controls beside the picture.
 
-use egui::{ComboBox, RichText, Slider, Ui};
-use glam::DVec3;
+use egui::{ComboBox, RichText, Slider, SliderClamping, Ui};
+use glam::{DQuat, DVec3};
 
 use crate::look::{FACES, Layout, Look, MethodChoice, Named, Shown, Upwards};
 use crate::orbit::StandardView;
@@ -138,7 +138,10 @@ fn asset_controls(viewer: &mut Viewer, ui: &mut Ui) {
     choice(ui, "Method", &mut viewer.look.method, can_use);
     if viewer.look.beside.is_some() {
         let mut method = viewer.look.beside_method.unwrap_or(viewer.look.method);
-        choice(ui, "Method, right", &mut method, can_use);
+        // Many are all drawn alike.
+        ui.add_enabled_ui(viewer.look.instances == 1, |ui| {
+            choice(ui, "Method, right", &mut method, can_use);
+        });
         viewer.look.beside_method = Some(method).filter(|&m| m != viewer.look.method);
     }
     choice(ui, "Paint", &mut viewer.look.paint, |_: Paint| true);
@@ -198,6 +201,8 @@ fn at_rest(
     // As fine for few as for many.
     let is_wide = *range.end() > 50 * *range.start();
     let slider = Slider::new(&mut value, range).logarithmic(is_wide);
+    // What a link asks for may be more or less.
+    let slider = slider.clamping(SliderClamping::Edits);
     let response = ui.add(slider.text(text));
     if response.dragged() {
         (Some(value), None)
@@ -214,7 +219,7 @@ fn photograph_controls(viewer: &mut Viewer, ui: &mut Ui) {
     let opacity = Slider::new(&mut viewer.photographs.opacity, 0.0..=1.0).text("Opacity");
     ui.add(opacity);
     let shots = std::sync::Arc::clone(&viewer.scene.shots);
-    let at_eye = crate::photographs::at_eye(&viewer.scene, &viewer.orbit);
+    let at_eye = (viewer.photographs).at_eye(&viewer.scene, &viewer.orbit);
     let mut chosen = None;
     ComboBox::from_label("Look from")
         .selected_text(at_eye.map_or("–", |k| shots[k].name()))
@@ -244,12 +249,16 @@ fn photograph_controls(viewer: &mut Viewer, ui: &mut Ui) {
 
 fn light_controls(viewer: &mut Viewer, ui: &mut Ui) {
     let mut is_moved = viewer.look.light.is_some();
-    if ui.checkbox(&mut is_moved, "Move the light").changed() {
+    let can_move = viewer.can_relight != Some(false);
+    let is_moving = egui::Checkbox::new(&mut is_moved, "Move the light");
+    if ui.add_enabled(can_move, is_moving).changed() {
         viewer.look.light = is_moved.then_some(DVec3::new(0.5, 0.8, 0.6));
     }
+    let basis = DQuat::from_rotation_arc(DVec3::Y, viewer.upwards());
     if let Some(light) = &mut viewer.look.light {
-        let mut azimuth = light.x.atan2(light.z).to_degrees();
-        let mut elevation = (light.y / light.length()).asin().to_degrees();
+        let own = basis.inverse() * *light;
+        let mut azimuth = own.x.atan2(own.z).to_degrees();
+        let mut elevation = (own.y / own.length()).clamp(-1.0, 1.0).asin().to_degrees();
         let turned = ui.add(
             Slider::new(&mut azimuth, -180.0..=180.0)
                 .text("Around")
@@ -265,7 +274,7 @@ fn light_controls(viewer: &mut Viewer, ui: &mut Ui) {
         if turned.changed() || raised.changed() {
             let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
             let (sin_e, cos_e) = elevation.to_radians().sin_cos();
-            *light = DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
+            *light = basis * DVec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
         }
     }
 }
@@ -279,7 +288,7 @@ fn facts(viewer: &mut Viewer, ui: &mut Ui) {
         });
     };
     if let Some(asset) = &viewer.scene.asset {
-        row(ui, "Asset", kilobytes(viewer.scene.bytes));
+        row(ui, "File", kilobytes(viewer.scene.bytes));
         let (views, faces) = (asset.map.views.len(), asset.hull.faces.len());
         row(ui, "Views", views.to_string());
         row(ui, "Hull", format!("{faces} faces"));

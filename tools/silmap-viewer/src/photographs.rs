@@ -62,26 +62,27 @@ impl ShotTextures {
         }
     }
 
-    /// The large picture of a photograph, read beside the drawing; the small one until it is there.
+    /// The large picture of a photograph, read beside the drawing, one after the other; the small one until it is there.
     fn full(&mut self, context: &egui::Context, k: usize) -> Option<TextureId> {
-        if self.full.as_ref().is_none_or(|(of, _)| *of != k) {
-            self.full = Some((k, self.read(context, k)));
-        }
-        let small = self.small.get(k).map(TextureHandle::id);
-        let (_, full) = self.full.as_mut()?;
-        if let Full::Reading(picture) = full {
+        if let Some((_, full @ Full::Reading(_))) = &mut self.full
+            && let Full::Reading(picture) = full
+        {
             let options = egui::TextureOptions::LINEAR;
             match picture.try_recv() {
                 Ok(Some(picture)) => {
                     *full = Full::There(context.load_texture("photograph", picture, options));
                 }
-                Err(TryRecvError::Empty) => return small,
+                Err(TryRecvError::Empty) => {}
                 Ok(None) | Err(TryRecvError::Disconnected) => *full = Full::Missing,
             }
         }
-        match full {
-            Full::There(texture) => Some(texture.id()),
-            _ => small,
+        let is_free = !matches!(self.full, Some((_, Full::Reading(_))));
+        if is_free && self.full.as_ref().is_none_or(|(of, _)| *of != k) {
+            self.full = Some((k, self.read(context, k)));
+        }
+        match &self.full {
+            Some((of, Full::There(texture))) if *of == k => Some(texture.id()),
+            _ => self.small.get(k).map(TextureHandle::id),
         }
     }
 
@@ -107,6 +108,8 @@ impl ShotTextures {
 /// Photographs in the picture.
 pub(crate) struct Photographs {
     textures: ShotTextures,
+    /// The photograph that was chosen last, and how it was looked at then.
+    pub(crate) chosen: Option<(usize, Orbit)>,
     /// Of photographs over the picture, 0 to 1.
     pub(crate) opacity: f32,
 }
@@ -115,12 +118,48 @@ impl Default for Photographs {
     fn default() -> Self {
         Self {
             textures: ShotTextures::default(),
+            chosen: None,
             opacity: 0.75,
         }
     }
 }
 
 impl Photographs {
+    /// Frees what is on the device of other photographs.
+    pub(crate) fn keep_to(&mut self, shots: &Arc<[Shot]>) {
+        if !Arc::ptr_eq(&self.textures.of, shots) {
+            (self.textures, self.chosen) = (ShotTextures::default(), None);
+            self.textures.of = Arc::clone(shots);
+        }
+    }
+
+    /// The photograph whose camera the eye is at: of several, the chosen one.
+    pub(crate) fn at_eye(&self, scene: &Scene, orbit: &Orbit) -> Option<usize> {
+        let near = AT_CAMERA_REL * scene.sphere().radius;
+        let eye = orbit.eye();
+        let is_at = |k: &usize| {
+            let shot = scene.shots.get(*k);
+            shot.is_some_and(|shot| shot.camera.eye.distance(eye) < near)
+        };
+        let chosen = self.chosen.map(|(k, _)| k).filter(is_at);
+        chosen.or_else(|| (0..scene.shots.len()).find(|k| is_at(k)))
+    }
+
+    /// The photograph after the one that is looked from, or before it; `None` where there are none.
+    pub(crate) fn next(&self, scene: &Scene, orbit: &Orbit, is_forward: bool) -> Option<usize> {
+        let count = scene.shots.len();
+        // A camera may be too near for the eye to be at it.
+        let chosen = self.chosen.filter(|(_, looked)| looked == orbit);
+        let now = chosen.map(|(k, _)| k).or_else(|| self.at_eye(scene, orbit));
+        let next = match (now, is_forward) {
+            (Some(k), true) => (k + 1) % count.max(1),
+            (Some(k), false) => k.checked_sub(1).or(count.checked_sub(1))?,
+            (None, true) => 0,
+            (None, false) => count.checked_sub(1)?,
+        };
+        (next < count).then_some(next)
+    }
+
     /// Draws the photographs into the picture: that at the eye over it, or else all of them where they were taken.
     pub(crate) fn draw(
         &mut self,
@@ -131,7 +170,7 @@ impl Photographs {
         let shots = &scene.shots;
         self.textures.follow(context, shots);
         let radius = scene.sphere().radius;
-        if let Some(k) = at_eye(scene, orbit) {
+        if let Some(k) = self.at_eye(scene, orbit) {
             if let Some(texture) = self.textures.full(context, k) {
                 let depth = orbit.distance.max(radius);
                 draw(view, &shots[k], depth, (texture, self.opacity));
@@ -150,26 +189,6 @@ impl Photographs {
             view.pyramid(shot.camera.eye, corners(&shot.camera, depth));
         }
     }
-}
-
-/// The photograph whose camera the eye is at.
-pub(crate) fn at_eye(scene: &Scene, orbit: &Orbit) -> Option<usize> {
-    let near = AT_CAMERA_REL * scene.sphere().radius;
-    let eye = orbit.eye();
-    let distances = scene.shots.iter().map(|shot| shot.camera.eye.distance(eye));
-    distances.into_iter().position(|distance| distance < near)
-}
-
-/// The photograph after the one at the eye, or before it; `None` where there are none.
-pub(crate) fn next(scene: &Scene, orbit: &Orbit, is_forward: bool) -> Option<usize> {
-    let count = scene.shots.len();
-    let next = match (at_eye(scene, orbit), is_forward) {
-        (Some(k), true) => (k + 1) % count,
-        (Some(k), false) => (k + count - 1) % count,
-        (None, true) => 0,
-        (None, false) => count.checked_sub(1)?,
-    };
-    (next < count).then_some(next)
 }
 
 /// A point of a photograph's image, put so deep in space.

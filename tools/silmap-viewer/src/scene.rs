@@ -11,6 +11,11 @@ use silmap_map::{Asset, BoundingSphere, Method};
 pub struct Scene {
     /// What people call it.
     pub name: String,
+    /// Where it is from: a path or an address.
+    pub(crate) source: String,
+    /// The files that it is from.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) opened: Option<crate::start::Opened>,
     /// Bytes of its file.
     pub bytes: u64,
     /// The asset, as it is shown.
@@ -78,7 +83,7 @@ impl Scene {
         }
     }
 
-    /// The method that is meant, and whether the asset has the data for it.
+    /// The method that is meant, or one that the asset has the data for.
     #[must_use]
     pub fn method(&self, wanted: Option<Method>) -> Method {
         let has_depth = self.asset.as_ref().is_some_and(|a| a.map.has_depth());

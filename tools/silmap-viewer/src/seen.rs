@@ -25,6 +25,9 @@ impl Seen {
         let (mut reads, mut own_px) = (Vec::new(), (0, 0));
         for pane in 0..if viewer.look.beside.is_some() { 2 } else { 1 } {
             let (pending, size_px) = stage.read_back(pane)?;
+            if pane > 0 && size_px != own_px {
+                return Err("the picture is not drawn yet".to_owned());
+            }
             reads.push(pending);
             own_px = size_px;
         }

@@ -49,6 +49,8 @@ pub struct Viewer {
     pub(crate) scene: Scene,
     /// What was made of what was loaded.
     pub(crate) shape: Shape,
+    /// Whether lights can be moved, where that was tried.
+    pub(crate) can_relight: Option<bool>,
     /// What sliders that are being dragged are at.
     pub(crate) dragged: Dragged,
     pub(crate) reader: Option<MapReader>,
@@ -101,6 +103,7 @@ impl Viewer {
             stage,
             scene: Scene::default(),
             shape: Shape::default(),
+            can_relight: None,
             dragged: Dragged::default(),
             reader: None,
             look,
@@ -257,12 +260,22 @@ impl Viewer {
         let Some(stage) = &mut self.stage else {
             return;
         };
-        let is_same = ready.scene.name == self.scene.name && !self.scene.is_empty();
+        let was_empty = self.scene.is_empty();
+        let is_same = !was_empty && ready.scene.source == self.scene.source;
+        if ready.renderer.is_some() {
+            self.can_relight = ready.can_relight;
+        }
         stage.take(ready.renderer, ready.crowd, ready.shape.relight);
         self.reader = ready.reader;
         self.shape = ready.shape;
         self.scene = ready.scene;
-        self.keep_to_shape();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.photographs.keep_to(&self.scene.shots);
+        if !is_same && !was_empty {
+            // They were asked for of something else.
+            (self.look.keep, self.look.faces) = (None, None);
+        }
+        self.keep_to_shape(ready.asked);
         if !ready.is_reshaped {
             self.message = (!self.scene.warnings.is_empty()).then(|| Message {
                 text: self.scene.warnings.join("\n"),
@@ -276,23 +289,23 @@ impl Viewer {
         }
     }
 
-    /// Asks for no other views and no other hull than are shown.
-    fn keep_to_shape(&mut self) {
-        if self.scene.asset.is_some() {
+    /// Asks for no other views and no other hull than are shown, where it is what was asked for; what was chosen since then comes next.
+    fn keep_to_shape(&mut self, asked: Shape) {
+        if self.scene.asset.is_some() && self.look.keep == asked.keep {
             self.look.keep = self.shape.keep;
         }
-        if self.scene.can_have_other_hull() {
+        if self.scene.can_have_other_hull() && self.look.faces == asked.faces {
             self.look.faces = self.shape.faces;
         }
     }
 
     /// What was asked for cannot be had, or is not wanted any more.
-    pub(crate) fn fall_back(&mut self) {
-        self.keep_to_shape();
-        if !self.shape.relight {
+    pub(crate) fn fall_back(&mut self, asked: Shape) {
+        self.keep_to_shape(asked);
+        if asked.relight && !self.shape.relight {
             self.look.light = None;
         }
-        if self.shape.crowd.is_none() {
+        if asked.crowd != self.shape.crowd {
             self.look.instances = 1;
         }
     }
@@ -318,9 +331,11 @@ impl Viewer {
     /// The shape to give to what is loaded next.
     pub(crate) fn wanted_of_next(&self) -> Shape {
         let is_crowd = self.look.instances > 1;
+        // What is asked for of what is shown is not asked for of something else.
+        let is_first = self.scene.is_empty();
         Shape {
-            keep: self.look.keep,
-            faces: self.look.faces,
+            keep: self.look.keep.filter(|_| is_first),
+            faces: self.look.faces.filter(|_| is_first),
             relight: self.look.light.is_some(),
             crowd: is_crowd.then(|| self.scene.method(self.look.method.0)),
         }
@@ -328,6 +343,10 @@ impl Viewer {
 
     /// Begins to make what is asked for of what is shown, where it has another shape.
     pub(crate) fn catch_up(&mut self, context: &egui::Context) {
+        if self.look.light.is_some() && self.can_relight == Some(false) {
+            self.look.light = None;
+            self.say(silmap_study::RenderError::NotRelit.to_string(), true);
+        }
         let wanted = self.wanted();
         if self.loading.is_some() || self.scene.is_empty() || wanted == self.shape {
             return;
@@ -345,7 +364,7 @@ impl Viewer {
                 Err(error) => News::Failed(error),
             }
         });
-        loading.reshapes = true;
+        loading.reshapes = Some(wanted);
         loading.progress.0 = "making ready".to_owned();
         self.loading = Some(loading);
     }
@@ -368,6 +387,8 @@ impl Viewer {
         let aspect = f64::from(width) / f64::from(height.max(1));
         if let Some(shot) = self.scene.shots.get(k) {
             self.orbit = shot.orbit(&self.orbit, self.scene.sphere(), aspect);
+            self.orbit.keep_outside(self.scene.sphere());
+            self.photographs.chosen = Some((k, self.orbit));
             self.look.overlays.photographs = true;
         }
     }
@@ -375,7 +396,7 @@ impl Viewer {
     /// Looks from the next photograph, or the one before.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn step_shots(&mut self, is_forward: bool) {
-        if let Some(k) = crate::photographs::next(&self.scene, &self.orbit, is_forward) {
+        if let Some(k) = self.photographs.next(&self.scene, &self.orbit, is_forward) {
             self.look_from_shot(k);
         }
     }

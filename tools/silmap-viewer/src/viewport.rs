@@ -259,7 +259,8 @@ pub(crate) fn picture(
 ) -> Picture {
     let background = Background::Colour(BACKGROUND);
     let mode = shown.mode();
-    let can_be_lit = viewer.stage.as_ref().is_some_and(|s| s.can_relight());
+    let is_ready = viewer.stage.as_ref().is_some_and(|s| s.can_relight());
+    let can_be_lit = is_ready && viewer.can_relight != Some(false);
     let is_lit = can_be_lit && (mode.shows_hull() || shown == Shown::Original);
     let light = viewer.look.light.filter(|_| is_lit);
     let crowd = viewer.stage.as_ref().and_then(|stage| stage.crowd_method());
@@ -268,6 +269,7 @@ pub(crate) fn picture(
         return Picture::Crowd(CrowdParams {
             camera: *camera,
             count: viewer.look.instances,
+            upwards: viewer.upwards(),
             method,
             paint: viewer.look.paint,
             background,
@@ -389,7 +391,8 @@ fn labels(viewer: &Viewer, ui: &Ui, panes: &Panes) {
         if viewer.look.layout == Layout::Split {
             painter.circle(pos2(x, rect.center().y), 7.0, Color32::WHITE, line);
         }
-        let names_method = viewer.look.beside_method.is_some();
+        // Many are all drawn by one method.
+        let names_method = viewer.look.beside_method.is_some() && viewer.look.instances == 1;
         let label = |pane: usize, asked| {
             let shown = viewer.shown(asked);
             if names_method && shown.mode().needs_outline() {

@@ -288,3 +288,109 @@ fn the_asset_is_written_as_it_is_shown() {
     let asset = silmap_map::asset::read(&bytes).unwrap();
     assert_eq!(asset.map.views.len(), 12);
 }
+
+/// What a window keeps, in memory alone.
+#[derive(Default)]
+struct Kept(std::collections::BTreeMap<String, String>);
+
+impl eframe::Storage for Kept {
+    fn get_string(&self, key: &str) -> Option<String> {
+        self.0.get(key).cloned()
+    }
+
+    fn set_string(&mut self, key: &str, value: String) {
+        self.0.insert(key.to_owned(), value);
+    }
+
+    fn remove_string(&mut self, key: &str) {
+        self.0.remove(key);
+    }
+
+    fn flush(&mut self) {}
+}
+
+#[test]
+fn what_is_open_is_kept_and_what_is_dropped_is_looked_at_anew() {
+    let files = Files::get();
+    let mut window = Window::open("organic.glb", None, "keep=12");
+    assert_eq!(window.app().look().keep, Some(12));
+    window.drop_file(files.path("organic.ply"));
+    // Its mesh came to it: it is the asset that is open, with as many views as before.
+    let asset = window.app().scene().asset.clone().unwrap();
+    assert_eq!(asset.map.views.len(), 12);
+    let mut kept = Kept::default();
+    eframe::App::save(window.harness.state_mut(), &mut kept);
+    assert!(kept.0["silmap-file"].ends_with("organic.glb"));
+    assert!(kept.0["silmap-model"].ends_with("organic.ply"));
+    // Another file, even of the same name, is framed, with all its views.
+    for _ in 0..6 {
+        window.press(Key::Minus);
+    }
+    let far = Look::read_link(&window.app().link()).unwrap().pose.unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let same_name = folder.path().join("organic.glb");
+    std::fs::copy(files.path("organic.glb"), &same_name).unwrap();
+    window.drop_file(same_name);
+    let near = Look::read_link(&window.app().link()).unwrap().pose.unwrap();
+    assert!(near.eye.length() < 0.7 * far.eye.length());
+    assert_eq!(window.app().look().keep, None);
+    assert_eq!(
+        window.app().scene().asset.as_ref().unwrap().map.views.len(),
+        32
+    );
+}
+
+#[test]
+fn a_light_that_cannot_be_had_is_said_once() {
+    let files = Files::get();
+    let model = silmap_geometry::ClosedMesh::try_from(silmap_models::torus(600)).unwrap();
+    let mut params = silmap_preprocess::pipeline::BuildParams {
+        views: 64,
+        resolution_px: 96,
+        ..Default::default()
+    };
+    params.map.keep = 16;
+    params.textures.views = 3;
+    params.textures.size_px = 64;
+    params.textures.relief_px = 0;
+    params.textures.normals = false;
+    let watch = silmap_geometry::Watch::silent();
+    let (asset, _) = silmap_preprocess::pipeline::build(&model, "plain", &params, &watch).unwrap();
+    let path = files.path("plain.glb");
+    std::fs::write(&path, silmap_map::asset::write(&asset).unwrap()).unwrap();
+    let mut window = Window::open("plain.glb", None, "light=0,1,0");
+    let message = window.app().message().unwrap().clone();
+    assert!(
+        message.is_error && message.text.contains("cannot be lit anew"),
+        "{}",
+        message.text
+    );
+    assert_eq!(window.app().look().light, None);
+    window.click("Close");
+    assert!(window.app().message().is_none());
+    // The picture is drawn, and follows the camera.
+    let before = window.picture();
+    window.press(Key::Num3);
+    assert!(changed(&before, &window.picture()) > 0.02);
+}
+
+#[test]
+fn what_is_chosen_while_something_is_made_comes_next() {
+    let mut window = Window::open("organic.glb", Some("organic.ply"), "");
+    let put = |window: &mut Window, label: &str, value: f64| {
+        let slider = (window.harness).get_by_role_and_label(egui::Role::Slider, label);
+        slider.set_value_accesskit(value);
+        window.harness.run_steps(2);
+    };
+    put(&mut window, "Hull faces", 320.0);
+    assert!(window.app().is_loading(), "the hull is made");
+    put(&mut window, "Views", 10.0);
+    put(&mut window, "Hull faces", 240.0);
+    window.settle();
+    window.settle();
+    let asset = window.app().scene().asset.clone().unwrap();
+    assert_eq!(window.app().look().keep, Some(10));
+    assert_eq!(window.app().look().faces, Some(240));
+    assert_eq!(asset.map.views.len(), 10);
+    assert!(asset.hull.faces.len() <= 240);
+}
