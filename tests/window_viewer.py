@@ -105,6 +105,14 @@ def settled(place):
     sys.exit("the window's picture does not come to rest")
 
 
+def settled_unlike(first, place):
+    """The picture once it is another one and does not change any more; what has to be made first takes a while."""
+    end = time.monotonic() + PATIENCE_S / 6
+    while time.monotonic() < end and differ(first, cropped(window_pixels(), place)) < CHANGED / 4:
+        time.sleep(0.3)
+    return settled(place)
+
+
 def background_of(rows):
     """Where the picture is: the rows and columns in which the colour behind the model is found."""
     behind = bytes([0xF4, 0xF5, 0xF7])
@@ -158,7 +166,7 @@ def drive(viewer, silmap, asset, model, folder):
                 sys.exit("the window shows another picture than render draws")
             for key in ("o", "t", "b", "h", "i"):
                 xdotool("key", key)
-                changed = differ(first, settled(place))
+                changed = differ(first, settled_unlike(first, place))
                 xdotool("key", "Escape" if key == "h" else key)
                 back = differ(first, settled(place))
                 print(f"{key}: {changed:.2%} of the pixels change, {back:.3%} after it was taken back")
