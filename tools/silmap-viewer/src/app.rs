@@ -3,7 +3,9 @@
 use egui::{Align2, Color32, FontId, Panel};
 
 use crate::loader::{Loading, News};
-use crate::start::{Opened, Start};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::start::Opened;
+use crate::start::Start;
 use crate::viewer::Viewer;
 use crate::{bar, left, panel, viewport};
 
