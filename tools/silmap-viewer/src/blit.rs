@@ -11,10 +11,8 @@ use egui_wgpu::{CallbackResources, CallbackTrait, ScreenDescriptor};
 struct Placement {
     origin_px: [f32; 2],
     split_px: f32,
-    encodes: f32,
     shift_px: f32,
-    /// To a multiple of sixteen bytes.
-    padding: [f32; 3],
+    encodes: [f32; 4],
 }
 
 /// What draws pictures into passes of one format.
@@ -143,9 +141,8 @@ impl CallbackTrait for PictureCallback {
         let placement = Placement {
             origin_px: self.origin_px,
             split_px: self.split_px,
-            encodes: if self.placed.blit.encodes { 1.0 } else { 0.0 },
             shift_px: self.shift_px,
-            padding: [0.0; 3],
+            encodes: [if self.placed.blit.encodes { 1.0 } else { 0.0 }; 4],
         };
         queue.write_buffer(&self.placed.uniform, 0, bytemuck::bytes_of(&placement));
         Vec::new()
@@ -160,5 +157,24 @@ impl CallbackTrait for PictureCallback {
         pass.set_pipeline(&self.placed.blit.pipeline);
         pass.set_bind_group(0, &self.placed.group, &[]);
         pass.draw(0..3, 0..1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_placement_lies_in_memory_as_the_shader_reads_it() {
+        let module = naga::front::wgsl::parse_str(include_str!("blit.wgsl")).unwrap();
+        let span = module.types.iter().find_map(|(_, found)| {
+            let naga::TypeInner::Struct { span, .. } = found.inner else {
+                return None;
+            };
+            (found.name.as_deref() == Some("Placement")).then_some(span)
+        });
+        assert_eq!(span, Some(size_of::<Placement>() as u32));
+        // WebGL2 refuses others.
+        assert_eq!(size_of::<Placement>() % 16, 0);
     }
 }

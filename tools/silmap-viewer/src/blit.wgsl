@@ -6,10 +6,10 @@ struct Placement {
     origin_px: vec2<f32>,
     // The column of the picture at which the right one begins.
     split_px: f32,
-    // 1 where the window takes encoded colours, 0 where it encodes by itself.
-    encodes: f32,
     // How far to the right of the left picture the right one lies.
     shift_px: f32,
+    // 1 where the window takes encoded colours, 0 where it encodes by itself; four times, for WebGL2 takes whole sixteen bytes.
+    encodes: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> placement: Placement;
@@ -37,5 +37,5 @@ fn place(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
         let beside = at - vec2<i32>(i32(placement.shift_px), 0);
         colour = textureLoad(right, clamp(beside, vec2<i32>(0), last), 0);
     }
-    return vec4<f32>(select(colour.rgb, encoded(colour.rgb), placement.encodes > 0.5), 1.0);
+    return vec4<f32>(select(colour.rgb, encoded(colour.rgb), placement.encodes.x > 0.5), 1.0);
 }
