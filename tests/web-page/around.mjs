@@ -135,6 +135,7 @@ export async function keyboardAlone({ tab, address, look, expect, until, open, p
   expect((await link()).includes('keep=12'), 'arrows do not lead to twelve views');
   expect(differing(before, await picture(tab)) > 100, 'fewer views change nothing');
   expect(await tabTo(tab, 'Save picture'), 'Tab does not lead to the button that saves');
+  await tab.waitForTimeout(1500);
   const [download] = await Promise.all([tab.waitForEvent('download'), tab.keyboard.press('Enter')]);
   expect(download.suggestedFilename() === 'asset.png', `it is saved as ${download.suggestedFilename()}`);
   const told = () => document.getElementById('told').textContent.includes('Save picture');
