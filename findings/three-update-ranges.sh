@@ -10,7 +10,7 @@ set -euo pipefail
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-npm install --silent --no-audit --no-fund --prefix "$work" three@0.187.0 playwright-core@1.56.1
+npm install --loglevel=error --no-audit --no-fund --prefix "$work" three@0.187.0 playwright-core@1.56.1
 
 cat >"$work/page.js" <<'JS'
 import * as THREE from './node_modules/three/build/three.module.js';

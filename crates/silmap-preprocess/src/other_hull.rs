@@ -6,16 +6,16 @@
 use silmap_geometry::ClosedMesh;
 use silmap_geometry::bvh::Bvh;
 use silmap_geometry::watch::Watch;
-use silmap_hull::HullError;
 use silmap_map::fewer_views::THEN;
-use silmap_map::{Asset, AssetError, BuildRecord, asset};
+use silmap_map::{Asset, BuildRecord, asset};
 use thiserror::Error;
 
+use crate::build_error::BuildError;
 use crate::pipeline::{Photographed, check_hull, hull_around, hull_warnings, without_unseen};
 use crate::progress::PrepWarning;
 use crate::recipe::{Recipe, RecipeError};
 use crate::record::{model_crc32, options_text};
-use crate::texture::{self, TextureError};
+use crate::texture;
 
 /// Why an asset cannot have another hull.
 #[derive(Debug, Error)]
@@ -30,15 +30,9 @@ pub enum OtherHullError {
     /// It does not tell how it was built.
     #[error(transparent)]
     Recipe(#[from] RecipeError),
-    /// There is no hull.
+    /// A stage fails, or was interrupted.
     #[error(transparent)]
-    Hull(#[from] HullError),
-    /// The hull cannot be painted.
-    #[error(transparent)]
-    Texture(#[from] TextureError),
-    /// The parts cannot be stored.
-    #[error(transparent)]
-    Asset(#[from] AssetError),
+    Build(#[from] BuildError),
 }
 
 /// `asset` with a hull of `faces` faces, and what was odd: what building it from `model` with that many faces gives. `seen` is what the asset
@@ -63,14 +57,15 @@ pub fn with_hull_faces(
     let cleared = without_unseen(model, params);
     let model = cleared.as_ref().map_or(model, |(seen, _)| seen);
     let tree = Bvh::new(model.mesh());
-    let hull = hull_around((model, &tree), seen, params, watch)?;
+    let hull = hull_around((model, &tree), seen, params, watch).map_err(BuildError::from)?;
     let textures = texture::bake_photographed(
         (model, &tree),
         &hull,
         &seen.photographs,
         &params.textures,
         watch,
-    )?;
+    )
+    .map_err(BuildError::from)?;
     let check = check_hull(model, &hull, params);
     let warnings = hull_warnings(params, (&hull, &check), &textures);
     let fewer_views = (asset.record.options.split_once(THEN))
@@ -85,67 +80,7 @@ pub fn with_hull_faces(
         hull,
         textures,
         placement: asset.placement,
-    })?;
+    })
+    .map_err(BuildError::from)?;
     Ok((made, warnings))
-}
-
-#[cfg(test)]
-mod tests {
-    use silmap_map::fewer_views::{ViewGoal, keep_fewer_views};
-    use silmap_models as models;
-
-    use super::*;
-    use crate::build_params::BuildParams;
-    use crate::capture::Backend;
-    use crate::pipeline;
-
-    fn params(faces: u32) -> BuildParams {
-        let mut params = BuildParams {
-            views: 48,
-            resolution_px: 64,
-            ..BuildParams::default()
-        };
-        params.capture.backend = Backend::Cpu;
-        params.map.keep = 20;
-        params.hull.target_faces = faces;
-        params.textures.views = 3;
-        params.textures.size_px = 16;
-        params
-    }
-
-    #[test]
-    fn another_hull_is_the_one_that_a_build_gives() {
-        let model = ClosedMesh::try_from(models::torus(600)).unwrap();
-        let watch = Watch::silent();
-        let built = |faces| {
-            let (asset, _) = pipeline::build(&model, "torus", &params(faces), &watch).unwrap();
-            asset
-        };
-        let first = built(100);
-        let seen = Photographed::default();
-        let other = |asset: &Asset| {
-            let (made, warnings) = with_hull_faces(asset, (&model, &seen), 160, &watch).unwrap();
-            assert_eq!(warnings, Vec::new());
-            asset::write(&made).unwrap()
-        };
-        assert!(other(&first) == asset::write(&built(160)).unwrap());
-        assert!(other(&first) != asset::write(&first).unwrap());
-        // Whether views are removed before or after is all the same.
-        let fewer = |asset: &Asset| keep_fewer_views(asset, ViewGoal::Keep(16)).unwrap();
-        let after = fewer(&asset::read(&other(&first)).unwrap());
-        assert!(other(&fewer(&first)) == asset::write(&after).unwrap());
-    }
-
-    #[test]
-    fn another_mesh_is_refused() {
-        let watch = Watch::silent();
-        let [model, other] =
-            [600, 700].map(|faces| ClosedMesh::try_from(models::torus(faces)).unwrap());
-        let (asset, _) = pipeline::build(&model, "torus", &params(100), &watch).unwrap();
-        let made = with_hull_faces(&asset, (&other, &Photographed::default()), 50, &watch);
-        assert!(
-            matches!(made, Err(OtherHullError::OtherModel { .. })),
-            "{made:?}"
-        );
-    }
 }

@@ -33,7 +33,7 @@ impl App {
     #[must_use]
     pub fn new(context: &eframe::CreationContext<'_>, start: Start) -> Self {
         let (look, file) = match context.storage {
-            Some(storage) => left::as_it_was(storage, &start),
+            Some(storage) => left::as_it_was(&|key| storage.get_string(key), &start),
             None => (start.look, start.file.clone()),
         };
         let mut viewer = Viewer::new(context.wgpu_render_state.as_ref(), look);
@@ -217,7 +217,9 @@ impl eframe::App for App {
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
-        left::remember(storage, &self.viewer.link(), &self.viewer.scene);
+        for (key, value) in left::to_keep(self.viewer.link(), &self.viewer.scene) {
+            storage.set_string(key, value);
+        }
     }
 
     fn clear_color(&self, _: &egui::Visuals) -> [f32; 4] {

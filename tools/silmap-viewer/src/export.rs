@@ -84,7 +84,7 @@ struct Turn {
 /// Begins to write what is seen as an animation that turns once around, under the picture's name with `.webp`.
 pub(crate) fn save_turn(viewer: &mut Viewer, context: &egui::Context) {
     let path = PathBuf::from(&viewer.export.name).with_extension("webp");
-    let camera = viewer.orbit.camera(viewer.picture_px);
+    let camera = viewer.orbit.camera(viewer.panes.size_px);
     let how = (viewer.shown(viewer.look.shown), viewer.method_of(0));
     let picture = viewport::picture(viewer, how, &camera);
     let (Picture::Single(params), Some(stage)) = (picture, &viewer.stage) else {

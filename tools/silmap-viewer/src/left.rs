@@ -9,19 +9,22 @@ const LEFT_AS: &str = "silmap-view";
 #[cfg(not(target_arch = "wasm32"))]
 const LEFT_OPEN: [&str; 3] = ["silmap-file", "silmap-model", "silmap-capture"];
 
+/// What was kept under a key.
+type Kept<'a> = &'a dyn Fn(&str) -> Option<String>;
+
 /// How it is looked at, and what is opened: as it was left, where nothing else is asked for.
-pub(crate) fn as_it_was(storage: &dyn eframe::Storage, start: &Start) -> (Look, Option<Opened>) {
+pub(crate) fn as_it_was(kept: Kept<'_>, start: &Start) -> (Look, Option<Opened>) {
     let asked = || (start.look, start.file.clone());
     if start.is_given {
         return asked();
     }
-    let Some(link) = storage.get_string(LEFT_AS) else {
+    let Some(link) = kept(LEFT_AS) else {
         return asked();
     };
     // A link of another version that is not understood is as good as none.
     let mut look = Look::read_link(&link).unwrap_or_default();
     #[cfg(not(target_arch = "wasm32"))]
-    let left_open = left_open(storage);
+    let left_open = left_open(kept);
     #[cfg(target_arch = "wasm32")]
     let left_open: Option<Opened> = None;
     let is_same = match (&start.file, &left_open) {
@@ -37,9 +40,9 @@ pub(crate) fn as_it_was(storage: &dyn eframe::Storage, start: &Start) -> (Look, 
 
 /// What was open, where it is still there.
 #[cfg(not(target_arch = "wasm32"))]
-fn left_open(storage: &dyn eframe::Storage) -> Option<Opened> {
+fn left_open(kept: Kept<'_>) -> Option<Opened> {
     let [path, model, capture] = LEFT_OPEN.map(|key| {
-        let name = storage.get_string(key).filter(|name| !name.is_empty())?;
+        let name = kept(key).filter(|name| !name.is_empty())?;
         let path = std::path::PathBuf::from(name);
         path.exists().then_some(path)
     });
@@ -50,27 +53,33 @@ fn left_open(storage: &dyn eframe::Storage) -> Option<Opened> {
     })
 }
 
-/// Keeps how it is looked at, as a link, and what is open.
-pub(crate) fn remember(storage: &mut dyn eframe::Storage, link: &str, shown: &Scene) {
-    storage.set_string(LEFT_AS, link.to_owned());
-    #[cfg(target_arch = "wasm32")]
-    let _ = shown;
-    #[cfg(not(target_arch = "wasm32"))]
-    {
-        let paths = match &shown.opened {
-            Some(opened) => [
-                Some(&opened.path),
-                opened.model.as_ref(),
-                opened.capture.as_ref(),
-            ],
-            None => [None; 3],
-        };
-        for (key, path) in LEFT_OPEN.into_iter().zip(paths) {
-            let whole = path.and_then(|path| std::path::absolute(path).ok());
-            let name = whole.as_ref().and_then(|path| path.to_str());
-            storage.set_string(key, name.unwrap_or_default().to_owned());
-        }
-    }
+/// What to keep of how it is looked at, as a link, and of what is open: keys and values.
+pub(crate) fn to_keep(link: String, shown: &Scene) -> Vec<(&'static str, String)> {
+    std::iter::once((LEFT_AS, link))
+        .chain(open_files(shown))
+        .collect()
+}
+
+/// The files that are open, by their keys; nothing for those that are not.
+#[cfg(not(target_arch = "wasm32"))]
+fn open_files(shown: &Scene) -> impl Iterator<Item = (&'static str, String)> {
+    let opened = shown.opened.as_ref();
+    let paths = [
+        opened.map(|opened| &opened.path),
+        opened.and_then(|opened| opened.model.as_ref()),
+        opened.and_then(|opened| opened.capture.as_ref()),
+    ];
+    LEFT_OPEN.into_iter().zip(paths).map(|(key, path)| {
+        let whole = path.and_then(|path| std::path::absolute(path).ok());
+        let name = whole.as_ref().and_then(|path| path.to_str());
+        (key, name.unwrap_or_default().to_owned())
+    })
+}
+
+/// On a page nothing is opened again.
+#[cfg(target_arch = "wasm32")]
+fn open_files(_: &Scene) -> [(&'static str, String); 0] {
+    []
 }
 
 /// Whether two name the same file.
@@ -86,35 +95,13 @@ fn is_same(a: &Opened, b: &Opened) -> bool {
 
 #[cfg(all(test, not(target_arch = "wasm32")))]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::*;
-
-    #[derive(Default)]
-    struct Kept(BTreeMap<String, String>);
-
-    impl eframe::Storage for Kept {
-        fn get_string(&self, key: &str) -> Option<String> {
-            self.0.get(key).cloned()
-        }
-
-        fn set_string(&mut self, key: &str, value: String) {
-            self.0.insert(key.to_owned(), value);
-        }
-
-        fn remove_string(&mut self, key: &str) {
-            self.0.remove(key);
-        }
-
-        fn flush(&mut self) {}
-    }
 
     #[test]
     fn it_opens_as_it_was() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.glb");
         std::fs::write(&path, "").unwrap();
-        let mut kept = Kept::default();
         let start = |file: Option<&std::path::Path>| Start {
             file: file.map(|path| Opened {
                 path: path.to_owned(),
@@ -122,14 +109,19 @@ mod tests {
             }),
             ..Start::default()
         };
-        let nothing = as_it_was(&kept, &start(None));
+        let nothing = as_it_was(&|_| None, &start(None));
         assert_eq!(nothing, (Look::default(), None));
         let link = "eye=1,2,3&mode=coarse&keep=9";
         let shown = Scene {
             opened: start(Some(&path)).file,
             ..Scene::default()
         };
-        remember(&mut kept, link, &shown);
+        let all = to_keep(link.to_owned(), &shown);
+        let kept = |key: &str| {
+            all.iter()
+                .find(|pair| pair.0 == key)
+                .map(|pair| pair.1.clone())
+        };
         // Without a file the last one, seen as it was; the same one likewise.
         for asked in [None, Some(path.as_path())] {
             let (look, file) = as_it_was(&kept, &start(asked));

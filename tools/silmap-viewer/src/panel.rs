@@ -346,7 +346,7 @@ fn facts(viewer: &mut Viewer, ui: &mut Ui) {
     if let Some(stage) = &viewer.stage {
         row(ui, "Device", stage.gpu.adapter_name());
     }
-    let (width, height) = viewer.picture_px;
+    let (width, height) = viewer.panes.size_px;
     row(ui, "Picture", format!("{width} × {height} pixels"));
 }
 

@@ -2,8 +2,7 @@
 
 use egui::{Rect, vec2};
 
-use crate::look::Layout;
-use crate::viewer::Viewer;
+use crate::look::{Layout, Look};
 
 /// Where one or two pictures are.
 #[derive(Clone, Copy, Debug)]
@@ -22,23 +21,39 @@ pub(crate) struct Panes {
     pub(crate) shift_px: f32,
 }
 
+impl Default for Panes {
+    /// Before there is a window.
+    fn default() -> Self {
+        Self {
+            rect: Rect::ZERO,
+            pictures: [Rect::ZERO; 2],
+            seen: [Rect::ZERO; 2],
+            origin_px: [0.0; 2],
+            size_px: (1, 1),
+            split_px: 0.0,
+            shift_px: 0.0,
+        }
+    }
+}
+
 impl Panes {
-    /// In the room that is left; `None` where there is none.
-    pub(crate) fn of(viewer: &Viewer, rect: Rect, per_point: f32) -> Option<Self> {
+    /// Width over height of a picture.
+    pub(crate) fn aspect(&self) -> f64 {
+        f64::from(self.size_px.0) / f64::from(self.size_px.1)
+    }
+
+    /// In the room that is left, as links say, no picture larger than a device can draw; `None` where there is no room.
+    pub(crate) fn of(look: &Look, rect: Rect, per_point: f32, most_px: u32) -> Option<Self> {
         // Whole pixels of the window.
         let edge = |x: f32| (x * per_point).round();
         let origin_px = [edge(rect.min.x), edge(rect.min.y)];
-        let limit = viewer
-            .stage
-            .as_ref()
-            .map_or(1, |s| s.gpu.device.limits().max_texture_dimension_2d);
-        let pixels = |low: f32, high: f32| ((edge(high) - low).max(0.0) as u32).min(limit);
+        let pixels = |low: f32, high: f32| ((edge(high) - low).max(0.0) as u32).min(most_px);
         let (width, height) = (
             pixels(origin_px[0], rect.max.x),
             pixels(origin_px[1], rect.max.y),
         );
-        let is_beside = viewer.look.beside.is_some();
-        let is_apart = is_beside && viewer.look.layout == Layout::Sides;
+        let is_beside = look.beside.is_some();
+        let is_apart = is_beside && look.layout == Layout::Sides;
         let own_width = if is_apart { width / 2 } else { width };
         if own_width == 0 || height == 0 {
             return None;
@@ -47,7 +62,7 @@ impl Panes {
         let split_px = match (is_beside, is_apart) {
             (false, _) => 2.0 * width as f32,
             (true, true) => shift_px,
-            (true, false) => viewer.look.split * width as f32,
+            (true, false) => look.split * width as f32,
         };
         let shift = vec2(shift_px / per_point, 0.0);
         let own = vec2(own_width as f32 / per_point, rect.height());

@@ -31,13 +31,12 @@ impl Seen {
             reads.push(pending);
             own_px = size_px;
         }
-        let (split_px, shift_px) = viewer.pane_places_px;
         Ok(Self {
             gpu: stage.gpu.clone(),
             reads,
             own_px,
-            split_px,
-            shift_px: shift_px as u32,
+            split_px: viewer.panes.split_px,
+            shift_px: viewer.panes.shift_px as u32,
         })
     }
 

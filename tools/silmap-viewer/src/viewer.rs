@@ -6,6 +6,7 @@ use crate::loader::{Loading, News, watched};
 use crate::look::{Look, Pose, Shown, Upwards};
 use crate::making::{Ready, Shape};
 use crate::orbit::Orbit;
+use crate::panes::Panes;
 use crate::scene::Scene;
 use crate::stage::Stage;
 use crate::timing::Timing;
@@ -75,10 +76,8 @@ pub struct Viewer {
     pub(crate) error: crate::live_error::LiveError,
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) photographs: crate::photographs::Photographs,
-    pub(crate) picture_px: (u32, u32),
-    pub(crate) origin_px: [f32; 2],
-    /// The column at which the second picture begins, and how far to the right of the first it lies, pixels.
-    pub(crate) pane_places_px: (f32, f32),
+    /// Where the pictures are in the window.
+    pub(crate) panes: Panes,
 }
 
 impl std::fmt::Debug for Viewer {
@@ -123,9 +122,7 @@ impl Viewer {
             error: crate::live_error::LiveError::default(),
             #[cfg(not(target_arch = "wasm32"))]
             photographs: crate::photographs::Photographs::default(),
-            picture_px: (1, 1),
-            origin_px: [0.0; 2],
-            pane_places_px: (0.0, 0.0),
+            panes: Panes::default(),
         }
     }
 
@@ -206,8 +203,12 @@ impl Viewer {
     /// Where the picture is in the window: left, top, width and height, pixels.
     #[must_use]
     pub fn picture_place(&self) -> [f32; 4] {
-        let [x, y] = self.origin_px;
-        [x, y, self.picture_px.0 as f32, self.picture_px.1 as f32]
+        let Panes {
+            origin_px: [x, y],
+            size_px: (width, height),
+            ..
+        } = self.panes;
+        [x, y, width as f32, height as f32]
     }
 
     /// How many pictures were drawn, and the mean milliseconds of the last ones: of this thread, and until the device had drawn them,
@@ -250,9 +251,7 @@ impl Viewer {
 
     /// Looks at all of it.
     pub(crate) fn frame(&mut self) {
-        let (width, height) = self.picture_px;
-        let aspect = f64::from(width) / f64::from(height.max(1));
-        self.orbit.frame(self.framed_sphere(), aspect);
+        self.orbit.frame(self.framed_sphere(), self.panes.aspect());
     }
 
     /// Takes what was made in place of what was shown.
@@ -383,8 +382,7 @@ impl Viewer {
     /// Looks from a photograph's camera.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn look_from_shot(&mut self, k: usize) {
-        let (width, height) = self.picture_px;
-        let aspect = f64::from(width) / f64::from(height.max(1));
+        let aspect = self.panes.aspect();
         if let Some(shot) = self.scene.shots.get(k) {
             self.orbit = shot.orbit(&self.orbit, self.scene.sphere(), aspect);
             self.orbit.keep_outside(self.scene.sphere());

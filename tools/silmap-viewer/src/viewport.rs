@@ -37,12 +37,13 @@ const LEAST_SPIN: f32 = 8.0;
 /// Draws it into the room that is left.
 pub(crate) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     let rect = ui.available_rect_before_wrap();
-    let Some(panes) = Panes::of(viewer, rect, ui.ctx().pixels_per_point()) else {
+    let per_point = ui.ctx().pixels_per_point();
+    let device = viewer.stage.as_ref().map(|stage| &stage.gpu.device);
+    let most_px = device.map_or(1, |device| device.limits().max_texture_dimension_2d);
+    let Some(panes) = Panes::of(&viewer.look, rect, per_point, most_px) else {
         return;
     };
-    viewer.picture_px = panes.size_px;
-    viewer.origin_px = panes.origin_px;
-    viewer.pane_places_px = (panes.split_px, panes.shift_px);
+    viewer.panes = panes;
     let id = Id::unique("picture");
     let response = ui.interact(rect, id, Sense::click_and_drag());
     response
@@ -113,7 +114,7 @@ fn place_camera(viewer: &mut Viewer) {
                 sphere.center,
                 sphere.radius,
                 pose.up,
-                viewer.picture_px,
+                viewer.panes.size_px,
             );
             fit.map_or(viewer.orbit.fov_y_rad, |camera| camera.fov_y_rad())
         },
@@ -219,7 +220,7 @@ fn take_keys(viewer: &mut Viewer, ui: &Ui, id: Id, has_focus: bool) {
         };
         ui.memory_mut(|m| m.set_focus_lock_filter(id, filter));
     }
-    let height = f64::from(viewer.picture_px.1);
+    let height = f64::from(viewer.panes.size_px.1);
     let presses = |key| {
         ui.input(|i| {
             if i.modifiers.command {
@@ -326,9 +327,14 @@ fn draw(viewer: &mut Viewer, ui: &Ui, panes: &Panes, camera: &Camera) {
 
 fn draw_overlays(viewer: &mut Viewer, ui: &Ui, panes: &Panes, camera: &Camera) {
     let wanted = viewer.look.overlays;
-    let count = if viewer.look.beside.is_some() { 2 } else { 1 };
-    for pane in 0..count {
-        let painter = ui.painter().with_clip_rect(panes.seen[pane]);
+    // What is the same on both sides of the line is drawn once.
+    let is_one = panes.shift_px == 0.0 && viewer.method_of(0) == viewer.method_of(1);
+    let seen = match is_one {
+        true => &[panes.rect][..],
+        false => &panes.seen[..],
+    };
+    for (pane, seen) in seen.iter().enumerate() {
+        let painter = ui.painter().with_clip_rect(*seen);
         let view = overlays::View {
             painter: &painter,
             rect: panes.pictures[pane],

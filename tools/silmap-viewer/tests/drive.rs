@@ -109,15 +109,7 @@ fn each_control_changes_what_it_says() {
     differs(&mut window, "a finer hull", 1e-4);
     // A hull that cannot be as coarse as that is as coarse as it can be.
     window.slide("Hull faces", 20.0);
-    let faces = window
-        .app()
-        .scene()
-        .asset
-        .as_ref()
-        .unwrap()
-        .hull
-        .faces
-        .len();
+    let faces = window.hull_faces();
     assert!(faces < own, "{faces}");
     let coarsest = window.app().look().faces;
     assert_eq!(coarsest, Some(faces.max(20) as u32));

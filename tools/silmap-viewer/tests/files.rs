@@ -212,18 +212,9 @@ fn a_folder_of_photographs_is_carved_and_its_photographs_are_seen() {
     assert!(changed(&with, &window.picture()) > 0.005);
     // Another hull is painted with the photographs again.
     window.press(Key::F);
-    let faces = window
-        .app()
-        .scene()
-        .asset
-        .as_ref()
-        .unwrap()
-        .hull
-        .faces
-        .len();
+    let faces = window.hull_faces();
     window.slide("Hull faces", 300.0);
-    let asset = window.app().scene().asset.clone().unwrap();
-    let fewer = asset.hull.faces.len();
+    let fewer = window.hull_faces();
     assert!(fewer <= 300 && faces > 300, "{faces}, {fewer}");
     assert!(window.picture().pixels().filter(|p| is_red(p)).count() > 3000);
 }
@@ -289,7 +280,7 @@ fn the_asset_is_written_as_it_is_shown() {
     assert_eq!(asset.map.views.len(), 12);
 }
 
-/// What a window keeps, in memory alone.
+/// What a window keeps from one time to the next, in memory alone.
 #[derive(Default)]
 struct Kept(std::collections::BTreeMap<String, String>);
 

@@ -125,6 +125,11 @@ impl Window {
         self.harness.state().viewer()
     }
 
+    /// Faces of the hull that is shown.
+    pub(crate) fn hull_faces(&self) -> usize {
+        self.app().scene().asset.as_ref().unwrap().hull.faces.len()
+    }
+
     pub(crate) fn drop_file(&mut self, path: PathBuf) {
         (self.harness.input_mut().dropped_files).push(Arc::new(Dropped(path)));
         self.harness.run_steps(1);

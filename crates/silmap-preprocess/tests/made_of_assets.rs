@@ -1,4 +1,4 @@
-//! Assets as they are built, with fewer views.
+//! Assets made of an asset: with fewer views, with another hull.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use silmap_geometry::{ClosedMesh, Watch};
@@ -6,9 +6,14 @@ use silmap_map::fewer_views::{FewerViewsError, ViewGoal, keep_fewer_views};
 use silmap_map::{Asset, asset};
 use silmap_models as models;
 use silmap_preprocess::capture::Backend;
-use silmap_preprocess::pipeline::{BuildParams, build};
+use silmap_preprocess::other_hull::{OtherHullError, with_hull_faces};
+use silmap_preprocess::pipeline::{BuildParams, Photographed, build};
 
-fn torus_asset() -> Asset {
+fn torus() -> ClosedMesh {
+    ClosedMesh::try_from(models::torus(600)).unwrap()
+}
+
+fn torus_with_faces(faces: u32) -> Asset {
     let mut params = BuildParams {
         views: 48,
         resolution_px: 64,
@@ -16,14 +21,16 @@ fn torus_asset() -> Asset {
     };
     params.capture.backend = Backend::Cpu;
     params.map.keep = 24;
-    params.hull.target_faces = 100;
+    params.hull.target_faces = faces;
     params.textures.views = 3;
     params.textures.size_px = 16;
-    let model = ClosedMesh::try_from(models::torus(600)).expect("a torus is closed");
-    let (made, _) = build(&model, "torus", &params, &Watch::silent()).expect("a torus is built");
+    let (made, _) = build(&torus(), "torus", &params, &Watch::silent()).unwrap();
     // What a file holds is what there is to go on with.
-    let bytes = asset::write(&made).expect("it can be written");
-    asset::read(&bytes).expect("it can be read")
+    asset::read(&asset::write(&made).unwrap()).unwrap()
+}
+
+fn torus_asset() -> Asset {
+    torus_with_faces(100)
 }
 
 #[test]
@@ -86,5 +93,34 @@ fn goals_out_of_reach_are_refused() {
     assert!(
         matches!(refused, Err(FewerViewsError::Replay(_))),
         "{refused:?}"
+    );
+}
+
+#[test]
+fn another_hull_is_the_one_that_a_build_gives() {
+    let first = torus_asset();
+    let (model, seen) = (torus(), Photographed::default());
+    let other = |asset: &Asset| {
+        let made = with_hull_faces(asset, (&model, &seen), 160, &Watch::silent());
+        let (made, warnings) = made.unwrap();
+        assert_eq!(warnings, Vec::new());
+        asset::write(&made).unwrap()
+    };
+    assert!(other(&first) == asset::write(&torus_with_faces(160)).unwrap());
+    assert!(other(&first) != asset::write(&first).unwrap());
+    // Whether views are removed before or after is all the same.
+    let fewer = |asset: &Asset| keep_fewer_views(asset, ViewGoal::Keep(16)).unwrap();
+    let after = fewer(&asset::read(&other(&first)).unwrap());
+    assert!(other(&fewer(&first)) == asset::write(&after).unwrap());
+}
+
+#[test]
+fn a_hull_of_another_mesh_is_refused() {
+    let other = ClosedMesh::try_from(models::torus(700)).unwrap();
+    let about = (&other, &Photographed::default());
+    let made = with_hull_faces(&torus_asset(), about, 50, &Watch::silent());
+    assert!(
+        matches!(made, Err(OtherHullError::OtherModel { .. })),
+        "{made:?}"
     );
 }
